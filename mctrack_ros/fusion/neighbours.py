@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numba import types
 from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
 
-from mctrack_ros.compiled import COLUMN_2D, COLUMN_FLAGS, INTS_1D, compiled, inner
+from mctrack_ros.compiled import COLUMN_2D, INTS_1D, compiled, inner
 
 Indices = NDArray[np.int64]
 NearPairs = tuple[Indices, Indices]
@@ -42,34 +43,38 @@ def near_pairs(position: NDArray[np.float64], distance: float) -> NearPairs:
         Rows, the smaller one first; sorted by it, then by the other.
 
     """
-    return _near_pairs(position, position[:, 0].argsort(), distance)
+    count = max(len(position), 1)
+    keys = _near_pairs(position, position[:, 0].argsort(), distance)
+    keys.sort()
+    return keys // count, keys % count
 
 
-@compiled(types.Tuple([types.i8[::1], types.i8[::1]])(COLUMN_2D, INTS_1D, types.f8))
-def _near_pairs(
-    position: NDArray[np.float64], order: Indices, distance: float
-) -> tuple[Indices, Indices]:
-    """Find them, given the order of the rows along x."""
+@compiled(types.i8[::1](COLUMN_2D, INTS_1D, types.f8))
+def _near_pairs(position: NDArray[np.float64], order: Indices, distance: float) -> Indices:
+    """Return a number (k,) for each pair, given the order of the rows along x."""
     count = len(position)
-    place = position[order, :2]
-    keys = np.empty(4 * count + 16, np.int64)
-    found = 0
+    keys, found = np.empty(4 * count + 16, np.int64), 0
     for i in range(count):
         for j in range(i + 1, count):
-            x = place[j, 0] - place[i, 0]
-            if not x < distance:
+            one, other = order[i], order[j]
+            if not position[other, 0] - position[one, 0] < distance:
                 break
-            y = place[j, 1] - place[i, 1]
-            if x * x + y * y < distance * distance:
-                if found == len(keys):
-                    keys = np.append(keys, np.empty(len(keys), np.int64))
-                one, other = order[i], order[j]
+            if is_near(position, one, other, distance):
+                keys = grown(keys, found)
                 keys[found], found = min(one, other) * count + max(one, other), found + 1
-    keys = np.sort(keys[:found])
-    return keys // max(count, 1), keys % max(count, 1)
+    return keys[:found]
 
 
-@compiled(types.Tuple([types.i8[::1], types.f8[::1]])(COLUMN_2D, COLUMN_2D, COLUMN_FLAGS))
+@inner
+def grown(values: Indices, used: int) -> Indices:
+    """Return values, of which so many are used, in an array of twice the length if it is full."""
+    if used < len(values):
+        return values
+    longer = np.empty(2 * len(values), np.int64)
+    longer[:used] = values
+    return longer
+
+
 def nearest(
     position: NDArray[np.float64], others: NDArray[np.float64], wanted: NDArray[np.bool_]
 ) -> tuple[Indices, NDArray[np.float64]]:
@@ -84,14 +89,9 @@ def nearest(
         Infinite where there is none, m.
 
     """
-    row, squared = np.zeros(len(position), np.int64), np.full(len(position), np.inf)
-    candidates = np.flatnonzero(wanted)
-    place = np.empty((len(candidates), 2))  # the others are far apart in memory
-    for index, other in enumerate(candidates):
-        place[index, 0], place[index, 1] = others[other, 0], others[other, 1]
-    for one in range(len(position)):
-        for index in range(len(candidates)):
-            x, y = place[index, 0] - position[one, 0], place[index, 1] - position[one, 1]
-            if x * x + y * y < squared[one]:
-                row[one], squared[one] = candidates[index], x * x + y * y
-    return row, np.sqrt(squared)
+    candidates = wanted.nonzero()[0]
+    if not len(candidates):
+        return np.zeros(len(position), np.int64), np.full(len(position), np.inf)
+    apart = cdist(position[:, :2], others[candidates, :2])
+    closest = apart.argmin(axis=1)
+    return candidates[closest], apart[range(len(apart)), closest]

@@ -16,9 +16,8 @@ from mctrack_ros.compiled import (
     compiled,
     inner,
 )
-from mctrack_ros.fusion.association.solvers.pairs import counted
 from mctrack_ros.fusion.measurements.packed import XX, XY, YY, X, Y
-from mctrack_ros.fusion.neighbours import cell_slot
+from mctrack_ros.fusion.neighbours import cell_slot, grown
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -83,16 +82,14 @@ def _largest(xx: float, xy: float, yy: float) -> float:
 
 
 @inner
-def _grid(seen: Floats, gate: float) -> tuple[float, float, Indices, Indices, Indices]:
+def _grid(
+    seen: Floats, variance: Floats, usual: float, edge: float
+) -> tuple[Indices, Indices, Indices]:
     """
-    Sort detections into the hashed cells of a grid.
+    Sort detections into the hashed cells of a grid, of an edge in m.
 
     Returns
     -------
-    usual : float
-        The largest variance of those that are, m².
-    edge : float
-        Of a cell, m.
     first : (buckets + 1,) array
         The first detection of each bucket, `NOTHING` if it has none; the last bucket holds the
         unusually uncertain ones.
@@ -105,11 +102,6 @@ def _grid(seen: Floats, gate: float) -> tuple[float, float, Indices, Indices, In
     count, buckets = len(seen), 1
     while buckets < count:
         buckets *= 2
-    variance = np.empty(count)
-    for row in range(count):
-        variance[row] = _largest(seen[row, XX], seen[row, XY], seen[row, YY])
-    usual = USUAL * np.median(variance)
-    edge = np.sqrt(gate * usual)
     first, following = np.full(buckets + 1, NOTHING), np.empty(count, np.int64)
     cell = np.empty((count, 2), np.int64)
     for row in range(count - 1, -1, -1):
@@ -119,7 +111,7 @@ def _grid(seen: Floats, gate: float) -> tuple[float, float, Indices, Indices, In
         if variance[row] > usual:
             bucket = buckets
         following[row], first[bucket] = first[bucket], row
-    return usual, edge, first, following, cell
+    return first, following, cell
 
 
 @inner
@@ -148,34 +140,13 @@ def _reached(
     return count
 
 
-@inner
-def _sort(values: Indices) -> None:
-    """Sort in place what is mostly a few values, by Shell's method."""
-    gap = 1
-    while gap < len(values) // 3:
-        gap = 3 * gap + 1
-    while gap > 0:
-        for index in range(gap, len(values)):
-            value, before = values[index], index - gap
-            while before >= 0 and values[before] > value:
-                values[before + gap] = values[before]
-                before -= gap
-            values[before + gap] = value
-        gap //= 3
-
-
-@compiled(types.i8[::1](INTS_1D, INTS_1D))
 def slots(image: Indices, track: Indices) -> Indices:
     """Give each track in each image a number; pairs (k,) are sorted by image, then track."""
-    slot, count = np.empty(len(track), np.int64), -1
-    for pair in range(len(track)):
-        same = pair > 0 and image[pair] == image[pair - 1] and track[pair] == track[pair - 1]
-        count += 0 if same else 1
-        slot[pair] = count
+    slot = np.zeros(len(track), np.int64)
+    ((image[1:] != image[:-1]) | (track[1:] != track[:-1])).cumsum(out=slot[1:])
     return slot
 
 
-@compiled(types.i8[:, ::1](COLUMN_2D, COLUMN_3D, FLOATS_1D, FLOATS_2D, INTS_1D, types.f8))
 def gated_pairs(
     mean: Floats, covariance: Floats, seconds: Floats, seen: Floats, image: Indices, gate: float
 ) -> Indices:
@@ -209,10 +180,56 @@ def gated_pairs(
     """
     if not len(seen) or not len(mean):
         return np.empty((4, 0), np.int64)
-    usual, edge, first, following, cell = _grid(seen, gate)
+    variance = _variances(seen)
+    middle = len(seen) // 2
+    usual = USUAL * float(np.partition(variance, middle)[middle])
+    longest = float(np.abs(seconds).max())
+    key = _in_gate(mean, covariance, seconds, seen, image, gate, variance, usual, longest)
+    key.sort()
+    pairs = np.empty((4, len(key)), np.int64)
+    key, pairs[1] = np.divmod(key, len(seen))
+    pairs[2], pairs[0] = np.divmod(key, len(mean))
+    pairs[3] = slots(pairs[2], pairs[0])
+    return pairs
+
+
+@compiled(types.f8[::1](FLOATS_2D))
+def _variances(seen: Floats) -> Floats:
+    """Return the largest variance, (m,), of each detection in any direction, m²."""
+    variance = np.empty(len(seen))
+    for row in range(len(seen)):
+        variance[row] = _largest(seen[row, XX], seen[row, XY], seen[row, YY])
+    return variance
+
+
+@compiled(
+    types.i8[::1](
+        COLUMN_2D,
+        COLUMN_3D,
+        FLOATS_1D,
+        FLOATS_2D,
+        INTS_1D,
+        types.f8,
+        FLOATS_1D,
+        types.f8,
+        types.f8,
+    )
+)
+def _in_gate(
+    mean: Floats, covariance: Floats, seconds: Floats, seen: Floats, image: Indices, gate: float,
+    variances: Floats, usual: float, longest: float,
+) -> Indices:  # fmt: skip
+    """
+    Return a number (k,) for each pair in the gate; sorted, they are so as in `gated_pairs`.
+
+    Detections with a variance above the `usual` are tried with every track; the farthest image is
+    so `longest` before the tick, s.
+
+    """
+    edge = np.sqrt(gate * usual)
+    first, following, cell = _grid(seen, variances, usual, edge)
     near = np.empty(len(seen), np.int64)
-    tracks, detections = np.empty(len(near), np.int64), np.empty(len(near), np.int64)
-    longest, found = np.abs(seconds).max(), 0
+    pairs, found = np.empty(len(seen), np.int64), 0
     for track in range(len(mean)):
         variance = _largest(
             covariance[track, 0, 0], covariance[track, 0, 1], covariance[track, 1, 1]
@@ -220,10 +237,7 @@ def gated_pairs(
         reach = np.sqrt(gate * (variance + usual))
         reach += np.hypot(mean[track, 2], mean[track, 3]) * longest
         count = _reached(mean[track, 0], mean[track, 1], reach, edge, first, following, cell, near)
-        if found + count > len(tracks):
-            tracks = np.append(tracks, np.empty(len(tracks) + count, np.int64))
-            detections = np.append(detections, np.empty(len(tracks) - len(detections), np.int64))
-        begin, later = found, np.nan
+        later = np.nan
         for index in range(count):
             row = near[index]
             if seconds[image[row]] != later:
@@ -237,12 +251,7 @@ def gated_pairs(
                 yy + seen[row, YY],
             )
             if squared < gate:
-                tracks[found], detections[found], found = track, row, found + 1
-        _sort(detections[begin:found])
-    order = counted(image[detections[:found]], image[-1] + 1)
-    pairs = np.empty((4, found), np.int64)
-    for pair, index in enumerate(order):
-        row = detections[index]
-        pairs[0, pair], pairs[1, pair], pairs[2, pair] = tracks[index], row, image[row]
-    pairs[3] = slots(pairs[2], pairs[0])
-    return pairs
+                pairs = grown(pairs, found)
+                pairs[found] = (image[row] * len(mean) + track) * len(seen) + row
+                found += 1
+    return pairs[:found]

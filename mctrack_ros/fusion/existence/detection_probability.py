@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import BOOLS_2D, COLUMN_2D, COLUMN_FLAGS, compiled, inner
+from mctrack_ros.compiled import inner
 from mctrack_ros.fusion.neighbours import cell_slot
 
 Floats = NDArray[np.float64]
@@ -52,24 +51,6 @@ class DetectionProbability:
         self.prior, self.cell = prior, cell
         self.seconds = np.zeros((LEVELS, SLOTS, 2, cameras))
 
-    def probability(self, position: Floats) -> Floats:
-        """
-        Return detection probabilities at ground positions.
-
-        They are the means of beta distributions whose prior is the coarse cell's mean.
-
-        Parameters
-        ----------
-        position : (n, 2 or more) array
-            m.
-
-        Returns
-        -------
-        (n, cameras) array
-
-        """
-        return _probabilities(position, self.seconds, self.cell, self.prior)
-
 
 @inner
 def _slot(position: Floats, edge: float) -> int:
@@ -105,25 +86,7 @@ def expect(position: Floats, known: Floats, cell: float, probability: Floats) ->
         probability[camera] = min(probability[camera], LARGEST_PROBABILITY)
 
 
-@compiled(types.f8[:, ::1](COLUMN_2D, types.f8[:, :, :, ::1], types.f8, types.f8))
-def _probabilities(position: Floats, known: Floats, cell: float, prior: float) -> Floats:
-    probability = np.full((len(position), known.shape[3]), prior)
-    for row in range(len(position)):
-        expect(position[row], known, cell, probability[row])
-    return probability
-
-
-@compiled(
-    types.void(
-        COLUMN_2D,
-        COLUMN_FLAGS,
-        BOOLS_2D,
-        BOOLS_2D,
-        types.f8,
-        types.f8[:, :, :, ::1],
-        types.f8,
-    )
-)
+@inner
 def learn(
     position: Floats,
     sure: NDArray[np.bool_],
@@ -134,7 +97,7 @@ def learn(
     cell: float,
 ) -> None:
     """
-    Note who saw the targets; to be called by compiled functions, too.
+    Note who saw the targets.
 
     Parameters
     ----------

@@ -10,13 +10,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import (
-    BOOLS_1D,
-    COLUMN_FLAGS,
-    COLUMN_IDS,
-    compiled,
-    inner,
-)
+from mctrack_ros.compiled import INTS_1D, compiled, inner
 from mctrack_ros.fusion.table import TRACKS, TrackTable
 from mctrack_ros.interfaces import (
     Events,
@@ -26,13 +20,7 @@ from mctrack_ros.interfaces import (
 )
 
 Floats = NDArray[np.float64]
-Told = NDArray[np.float32]
 Indices = NDArray[np.intp]
-Ids = NDArray[np.uint32]
-Bytes = NDArray[np.uint8]
-
-STATUS = list(Tracks.COLUMNS).index('status')
-"""Which column of `Tracks` that is."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -101,6 +89,17 @@ def tracks_of(
     return Tracks.adopt(stamp_ns, _columns(table.fixed, is_published, ended.fixed, stamp_ns))
 
 
+def _columns(
+    tracks: NDArray[Any], is_published: NDArray[np.bool_], ended: NDArray[Any], stamp_ns: int
+) -> tuple[NDArray[Any], ...]:
+    """Return the columns of `Tracks`: what is published of tracks, and of those that ended."""
+    rows = is_published.nonzero()[0]
+    names = np.concatenate((tracks['track_id'][rows], ended['track_id']))
+    place = np.empty(len(names), np.int64)
+    place[names.argsort()] = np.arange(len(names))
+    return _written(tracks, rows, ended, place, stamp_ns)
+
+
 @inner
 def _status(is_confirmed: bool, cameras: int, group: int) -> int:
     if not is_confirmed:
@@ -110,83 +109,54 @@ def _status(is_confirmed: bool, cameras: int, group: int) -> int:
     return TrackStatus.GROUPED.value if group else TrackStatus.COASTING.value
 
 
-@inner
-def _places(rows: Indices, track_id: Ids, ended_id: Ids) -> Indices:
-    """Return the places by id of some rows of tracks (k,), and of those that ended."""
-    names = np.concatenate((track_id[rows], ended_id))
-    place = np.empty(len(names), np.int64)
-    place[np.argsort(names)] = np.arange(len(names))
-    return place
-
-
-@inner
-def _write(
-    tracks: Any, rows: Indices, place: Indices, stamp_ns: int, columns: tuple[Any, ...]
-) -> None:
-    """Write what is published of rows of tracks (k,) into columns of `Tracks`, to places (k,)."""
-    (
-        to_position, to_velocity, to_covariance, to_extent, to_age, to_score, to_track_id,
-        to_group, to_cameras, to_member_count, to_status, to_class_id, to_kit,
-    ) = columns  # fmt: skip
-    mean, covariance, extent = tracks['mean'], tracks['covariance'], tracks['extent']
-    for row, to in zip(rows, place):
-        own = tracks[row]
-        for i in range(2):
-            to_position[to, i], to_velocity[to, i] = mean[row, i], mean[row, 2 + i]
-            to_extent[to, i] = extent[row, i]
-        to_position[to, 2] = 0.0
-        for i in range(4):
-            for j in range(4):
-                to_covariance[to, i, j] = covariance[row, i, j]
-        to_age[to] = (stamp_ns - own['first_ns']) / 1e9
-        to_score[to] = 1.0 / (1.0 + np.exp(-own['evidence']))
-        to_track_id[to], to_group[to] = own['track_id'], own['group']
-        to_cameras[to], to_member_count[to] = own['cameras'], 1
-        to_status[to] = _status(own['confirmed'], own['cameras'], own['group'])
-        to_class_id[to], to_kit[to] = own['class_id'], own['kit']
-
-
 @compiled(
     types.Tuple([
         types.f4[:, ::1], types.f4[:, ::1], types.f4[:, :, ::1], types.f4[:, ::1],
         types.f4[::1], types.f4[::1], types.u4[::1], types.u4[::1], types.u4[::1],
         types.u1[::1], types.u1[::1], types.u1[::1], types.u1[::1],
-    ])(TRACKS, BOOLS_1D, TRACKS, types.i8)
+    ])(TRACKS, INTS_1D, TRACKS, INTS_1D, types.i8)
 )  # fmt: skip
-def _columns(
-    tracks: Any, is_published: NDArray[np.bool_], ended: Any, stamp_ns: int
+def _written(
+    tracks: Any, rows: Indices, ended: Any, place: Indices, stamp_ns: int
 ) -> tuple[NDArray[Any], ...]:
-    """Return the columns of `Tracks`: what is published of tracks, and of those that ended."""
-    rows = np.flatnonzero(is_published)
-    count = len(rows) + len(ended)
-    columns = (
-        np.empty((count, 3), np.float32), np.empty((count, 2), np.float32),
-        np.empty((count, 4, 4), np.float32), np.empty((count, 2), np.float32),
-        np.empty(count, np.float32), np.empty(count, np.float32),
-        np.empty(count, np.uint32), np.empty(count, np.uint32), np.empty(count, np.uint32),
-        np.empty(count, np.uint8), np.empty(count, np.uint8), np.empty(count, np.uint8),
-        np.empty(count, np.uint8),
+    """Write the columns: some rows (k,) of tracks, then those that ended, to places (k + m,)."""
+    count = len(place)
+    position, velocity = np.empty((count, 3), np.float32), np.empty((count, 2), np.float32)
+    covariance, extent = np.empty((count, 4, 4), np.float32), np.empty((count, 2), np.float32)
+    age, score = np.empty(count, np.float32), np.empty(count, np.float32)
+    track_id, group = np.empty(count, np.uint32), np.empty(count, np.uint32)
+    cameras, member_count = np.empty(count, np.uint32), np.empty(count, np.uint8)
+    status, class_id = np.empty(count, np.uint8), np.empty(count, np.uint8)
+    kit = np.empty(count, np.uint8)
+    for index in range(count):
+        to, is_over = place[index], index >= len(rows)
+        own = ended[index - len(rows)] if is_over else tracks[rows[index]]
+        mean, spread, size = own['mean'], own['covariance'], own['extent']
+        for i in range(2):
+            position[to, i], velocity[to, i], extent[to, i] = mean[i], mean[2 + i], size[i]
+        position[to, 2] = 0.0
+        for i in range(4):
+            for j in range(4):
+                covariance[to, i, j] = spread[i, j]
+        age[to] = (stamp_ns - own['first_ns']) / 1e9
+        score[to] = 1.0 / (1.0 + np.exp(-own['evidence']))
+        track_id[to], group[to], cameras[to] = own['track_id'], own['group'], own['cameras']
+        member_count[to], class_id[to], kit[to] = 1, own['class_id'], own['kit']
+        status[to] = _status(own['confirmed'], own['cameras'], own['group'])
+        if is_over:
+            status[to] = TrackStatus.DELETED.value
+    return (
+        position, velocity, covariance, extent, age, score, track_id, group, cameras,
+        member_count, status, class_id, kit,
     )  # fmt: skip
-    place = _places(rows, tracks['track_id'], ended['track_id'])
-    _write(tracks, rows, place, stamp_ns, columns)
-    over, to_status = place[len(rows) :], columns[STATUS]
-    _write(ended, np.arange(len(ended)), over, stamp_ns, columns)
-    for to in over:
-        to_status[to] = TrackStatus.DELETED.value
-    return columns
 
 
 def status_of(table: TrackTable) -> NDArray[np.uint8]:
     """Return the `TrackStatus` of tracks at a tick."""
-    return _status_of(table.confirmed, table.cameras, table.group)
-
-
-@compiled(types.u1[::1](COLUMN_FLAGS, COLUMN_IDS, COLUMN_IDS))
-def _status_of(confirmed: NDArray[np.bool_], cameras: Ids, group: Ids) -> Bytes:
-    status = np.empty(len(confirmed), np.uint8)
-    for row in range(len(confirmed)):
-        status[row] = _status(confirmed[row], cameras[row], group[row])
-    return status
+    status = np.where(table.group > 0, TrackStatus.GROUPED, TrackStatus.COASTING)
+    status[table.cameras > 0] = TrackStatus.CONFIRMED
+    status[~table.confirmed] = TrackStatus.TENTATIVE
+    return status.astype(np.uint8)
 
 
 def feedback_of(table: TrackTable, stamp_ns: int) -> Feedback:

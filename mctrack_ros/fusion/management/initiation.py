@@ -5,19 +5,16 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import types
 from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
 
-from mctrack_ros.compiled import COLUMN_2D, INTS_1D, compiled
-from mctrack_ros.fusion.association.gating import distance
 from mctrack_ros.fusion.joint_tracker.config import JointConfig
-from mctrack_ros.fusion.measurements.admission import ROWS
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.models import INITIAL_SPEED_SIGMA, Motion
 from mctrack_ros.fusion.neighbours import nearest
-from mctrack_ros.fusion.table import TRACKS, TrackTable
+from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.fusion.update.update import note
-from mctrack_ros.tracking.kalman import inverted
+from mctrack_ros.tracking.kalman import inverse
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -66,11 +63,11 @@ def new_tracks(
 
     """
     rows = _shared_out(rows, batch.camera[rows])
-    label, count = _clusters(batch.rows, rows, config.association.gate, CLUSTER_M)
+    started = batch.rows[rows]
+    label, count = _clusters(started, config.association.gate, CLUSTER_M)
     table = TrackTable.blank(count, cameras, motion.modes)
     note(table, batch, label, rows)
-    speed_variance = INITIAL_SPEED_SIGMA**2
-    _fuse(table.fixed, batch.rows, rows, label, speed_variance, tick_ns, next_id)
+    _fuse(table.fixed, started, label, tick_ns, next_id)
     motion.begin(table)
     if batch.has_templates:
         reported = np.flatnonzero(batch.is_described[rows])[::-1]  # the first one's stays
@@ -98,8 +95,8 @@ def with_room(
     And rows of those, (k,), that are beside others, within `CROWD_M`.
     """
     room = max(config.management.most_tracks - len(table), 0)
-    together, most = _together(fresh.mean, table.mean, CROWD_M)
-    if len(fresh) > room or most >= MOST_TOGETHER:
+    together = _together(fresh.mean, table.mean, CROWD_M)
+    if len(fresh) > room or together.max(initial=0) >= MOST_TOGETHER:
         kept = np.flatnonzero(together < MOST_TOGETHER)[:room]
         fresh, together = fresh.select(kept), together[kept]
     return fresh, np.flatnonzero(together)
@@ -111,97 +108,56 @@ def ask_more(fresh: TrackTable, table: TrackTable) -> None:
     fresh.evidence[gap < CROWD_M] -= CROWD_EVIDENCE
 
 
-@compiled(types.Tuple([types.i8[::1], types.i8])(COLUMN_2D, COLUMN_2D, types.f8))
-def _together(fresh: Floats, others: Floats, reach: float) -> tuple[Indices, int]:
-    """Count who of the others, or of those before it, is within reach of each; and at most."""
-    count, before = np.zeros(len(fresh), np.int64), len(others)
-    place = np.empty((before + len(fresh), 2))  # the others are far apart in memory
-    for row in range(before):
-        place[row, 0], place[row, 1] = others[row, 0], others[row, 1]
-    for row in range(len(fresh)):
-        own_x, own_y = fresh[row, 0], fresh[row, 1]
-        for other in range(before + row):
-            x, y = place[other, 0] - own_x, place[other, 1] - own_y
-            count[row] += x * x + y * y < reach * reach
-        place[before + row, 0], place[before + row, 1] = own_x, own_y
-    return count, count.max()
+def _together(fresh: Floats, others: Floats, reach: float) -> Indices:
+    """Count who of the others, or of those before it, is within reach of each."""
+    place = fresh[:, :2]
+    near = cdist(place, others[:, :2]) < reach
+    before = np.tril(cdist(place, place) < reach, -1)
+    return np.asarray(near.sum(axis=1) + before.sum(axis=1))
 
 
-@compiled(types.Tuple([types.i8[::1], types.i8])(ROWS, INTS_1D, types.f8, types.f8))
-def _clusters(reported: Any, rows: Indices, gate: float, reach: float) -> tuple[Indices, int]:
+def _clusters(reported: NDArray[Any], gate: float, reach: float) -> tuple[Indices, int]:
     """
-    Join detections of different cameras that may be one target, the nearest pairs first.
+    Join detections (k,) of different cameras that may be one target, the nearest pairs first.
 
     Returns
     -------
     cluster : (k,) array
-        Of which each of the rows is, numbered by their first member; one a camera at most.
+        Of which each is, numbered by their first member; one a camera at most.
     count : int
         How many there are.
 
     """
-    position, noise, camera = (
-        reported['place'][rows],
-        reported['noise'][rows],
-        reported['camera'][rows],
-    )
-    count = len(position)
-    near = np.empty((count * (count - 1) // 2, 2), np.int64)
-    squared, found = np.empty(len(near)), 0
-    for one in range(count):
-        for other in range(one + 1, count):
-            x = position[other, 0] - position[one, 0]
-            y = position[other, 1] - position[one, 1]
-            if camera[one] != camera[other] and x * x + y * y < reach * reach:
-                apart = distance(
-                    x,
-                    y,
-                    noise[one, 0, 0] + noise[other, 0, 0],
-                    noise[one, 0, 1] + noise[other, 0, 1],
-                    noise[one, 1, 1] + noise[other, 1, 1],
-                )[0]
-                if apart < gate:
-                    near[found, 0], near[found, 1] = one, other
-                    squared[found], found = apart, found + 1
-    cluster, cameras = np.arange(count), np.left_shift(1, camera)
-    for pair in np.argsort(squared[:found], kind='mergesort'):
-        one, other = cluster[near[pair, 0]], cluster[near[pair, 1]]
-        if one != other and not cameras[one] & cameras[other]:
-            keep, drop = min(one, other), max(one, other)
-            cameras[keep] |= cameras[drop]
-            cluster[cluster == drop] = keep
-    number, clusters = np.empty(count, np.int64), 0
-    for row in range(count):
-        if cluster[row] == row:
-            number[row], clusters = clusters, clusters + 1
-        else:
-            number[row] = number[cluster[row]]
-    return number, clusters
+    place, camera = reported['place'], reported['camera']
+    is_near = (cdist(place, place) < reach) & (camera[:, None] != camera)
+    one, other = np.triu(is_near).nonzero()
+    if not len(one):
+        return np.arange(len(reported)), len(reported)
+    noise, apart = reported['noise'][one] + reported['noise'][other], place[other] - place[one]
+    squared = np.einsum('ki,kij,kj->k', apart, inverse(noise), apart)
+    members = [{row} for row in range(len(reported))]
+    for pair in squared.argsort(kind='stable'):
+        if squared[pair] < gate:
+            first, second = members[one[pair]], members[other[pair]]
+            if first is not second and not set(camera[list(first)]) & set(camera[list(second)]):
+                first |= second
+                for row in second:
+                    members[row] = first
+    _, cluster = np.unique([min(each) for each in members], return_inverse=True)
+    return cluster, int(cluster.max(initial=-1)) + 1
 
 
-@compiled(types.void(TRACKS, ROWS, INTS_1D, INTS_1D, types.f8, types.i8, types.i8))
 def _fuse(
-    tracks: Any, reported: Any, rows: Indices, label: Indices, speed_variance: float, tick_ns: int,
-    next_id: int,
-) -> None:  # fmt: skip
-    """Begin blank tracks: at rest, at the weighted means of the clusters (k,) of rows (k,)."""
-    mean, covariance = tracks['mean'], tracks['covariance']
-    position, noise = reported['place'], reported['noise']
-    information, weighted = np.zeros((len(tracks), 2, 2)), np.zeros((len(tracks), 2))
-    weight = np.empty((2, 2))
-    for row, own in zip(rows, label):
-        inverted(noise[row], weight)
-        for i in range(2):
-            for j in range(2):
-                information[own, i, j] += weight[i, j]
-                weighted[own, i] += weight[i, j] * position[row, j]
-    for one in range(len(tracks)):
-        inverted(information[one], weight)
-        for i in range(2):
-            covariance[one, 2 + i, 2 + i] = speed_variance
-            for j in range(2):
-                covariance[one, i, j] = weight[i, j]
-                mean[one, i] += weight[i, j] * weighted[one, j]
-        track = tracks[one]
-        track['first_ns'] = track['seen_ns'] = track['kept_ns'] = tick_ns
-        track['track_id'] = next_id + one
+    tracks: NDArray[Any], reported: NDArray[Any], label: Indices, tick_ns: int, next_id: int
+) -> None:
+    """Begin blank tracks: at rest, at the weighted means of the clusters of detections (k,)."""
+    weight = inverse(reported['noise'])
+    information, pull = np.zeros((len(tracks), 2, 2)), np.zeros((len(tracks), 2))
+    np.add.at(information, label, weight)
+    np.add.at(pull, label, np.einsum('kij,kj->ki', weight, reported['place']))
+    tracks['covariance'][:, :2, :2] = covariance = inverse(information)
+    tracks['covariance'][:, [2, 3], [2, 3]] = INITIAL_SPEED_SIGMA**2
+    tracks['mean'][:, :2] = np.einsum('kij,kj->ki', covariance, pull)
+    for column in ('first_ns', 'seen_ns', 'kept_ns'):
+        tracks[column] = tick_ns
+    tracks['track_id'] = next_id + np.arange(len(tracks))

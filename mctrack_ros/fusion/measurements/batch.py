@@ -9,7 +9,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import compiled, inner
+from mctrack_ros.compiled import INTS_1D, compiled
 from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.measurements.admission import ROWS, Admitted
 from mctrack_ros.interfaces import Detections
@@ -81,8 +81,10 @@ class Batch:
         self.image, self.camera = rows['image'], rows['camera']
         self.stamp_ns, self.is_described = rows['stamp_ns'], rows['is_described']
         self.position, self.noise = rows['place'], rows['noise']
-        self.single: Indices
-        self.single, self.is_overlapped, self.has_templates = _surveyed(rows)
+        is_single, left = rows['is_single'], rows['box'][:, 0]
+        self.single = is_single.nonzero()[0]
+        self.has_templates = bool(self.is_described.any())
+        self.is_overlapped = _overlapped(rows, np.lexsort((left, self.image)))
 
     @property
     def has_groups(self) -> bool:
@@ -95,49 +97,29 @@ class Batch:
         return np.flatnonzero(~self.rows['is_single'])
 
 
-@inner
-def _overlapped(
-    box: NDArray[np.float32], image: Indices, is_single: NDArray[np.bool_]
-) -> NDArray[np.bool_]:
+@compiled(types.b1[::1](ROWS, INTS_1D))
+def _overlapped(rows: Any, order: Indices) -> NDArray[np.bool_]:
     """
-    Return which boxes meet that of another single one of the same image, or are not single.
+    Return which boxes (m,) meet that of another single one of the same image, or are not single.
 
-    Parameters
-    ----------
-    box : (m, 4) float32 array
-        Left, top, width, height, px.
-    image : (m,) int64 array
-        Ascending.
-    is_single : (m,) bool array
-
+    The order is by image, then by left edge.
     """
-    overlaps = ~is_single
-    first = 0
-    while first < len(box):
-        last, is_boxed = first + 1, box[first, 2] > 0.0
-        while last < len(box) and image[last] == image[first]:
-            is_boxed |= box[last, 2] > 0.0
-            last += 1
-        order = first + np.argsort(box[first:last, 0]) if is_boxed else np.empty(0, np.int64)
-        for i in range(len(order)):
-            one = box[order[i]]
-            for other in order[i + 1 :]:
-                if not (is_single[order[i]] and box[other, 0] < one[0] + one[2]):
-                    break
-                if (
-                    is_single[other]
-                    and one[0] < box[other, 0] + box[other, 2]
-                    and one[1] < box[other, 1] + box[other, 3]
-                    and box[other, 1] < one[1] + one[3]
-                ):
-                    overlaps[order[i]] = overlaps[other] = True
-        first = last
+    box, image, is_single = rows['box'], rows['image'], rows['is_single']
+    overlaps = np.empty(len(rows), np.bool_)
+    for row in range(len(rows)):
+        overlaps[row] = not is_single[row]
+    for place in range(len(order)):
+        row, following = order[place], place + 1
+        left, top, width, height = box[row, 0], box[row, 1], box[row, 2], box[row, 3]
+        while is_single[row] and following < len(order):
+            other, following = order[following], following + 1
+            if image[other] != image[row] or not box[other, 0] < left + width:
+                break
+            if (
+                is_single[other]
+                and left < box[other, 0] + box[other, 2]
+                and top < box[other, 1] + box[other, 3]
+                and box[other, 1] < top + height
+            ):
+                overlaps[row] = overlaps[other] = True
     return overlaps
-
-
-@compiled(types.Tuple([types.i8[::1], types.b1[::1], types.b1])(ROWS))
-def _surveyed(rows: Any) -> tuple[Indices, NDArray[np.bool_], bool]:
-    """Return the rows (k,) of single ones, who is overlapped (m,), and if any is described."""
-    is_single, is_described = rows['is_single'], rows['is_described']
-    overlaps = _overlapped(rows['box'], rows['image'], is_single)
-    return np.flatnonzero(is_single), overlaps, is_described.any()

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import COLUMN_1D, COLUMN_2D, COLUMN_3D, FLOATS_1D, compiled
 from mctrack_ros.fusion.joint_tracker.config import JointConfig
-from mctrack_ros.fusion.motion.information import invert
 from mctrack_ros.fusion.motion.models import INITIAL_SPEED_SIGMA
 from mctrack_ros.fusion.reid.appearance import AppearanceModel
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.tracking.appearance import squared_hellinger
-from mctrack_ros.tracking.kalman import moved_on
+from mctrack_ros.tracking.kalman import predict
 
 Floats = NDArray[np.float64]
 Templates = NDArray[np.float32]
@@ -164,24 +161,15 @@ class LostTargets:
         return float(association.appearance_weight * more)
 
 
-@compiled(types.f8[::1](COLUMN_2D, COLUMN_3D, FLOATS_1D, types.f8, COLUMN_1D, COLUMN_2D))
 def _unlikely(
     mean: Floats, covariance: Floats, seconds: Floats, density: float, seen: Floats, spread: Floats
 ) -> Floats:
     """Return -2 log, (k,), of how likely states are, so much later, the one that is seen."""
+    there, sure = predict(mean, covariance, seconds, density)
+    there, sure = seen - there, sure + spread
+    sign, size = np.linalg.slogdet(sure)
+    usable = sign > 0
     cost = np.full(len(mean), np.inf)
-    there, sure, weight = np.empty(4), np.empty((4, 4)), np.empty((4, 4))
-    for row in range(len(mean)):
-        moved_on(mean[row], covariance[row], seconds[row], density, there, sure)
-        for i in range(4):
-            there[i] = seen[i] - there[i]
-            for j in range(4):
-                sure[i, j] += spread[i, j]
-        certainty = invert(sure, weight)
-        if not certainty > 0.0:
-            continue
-        cost[row] = 4 * np.log(2 * np.pi) - np.log(certainty)
-        for i in range(4):
-            for j in range(4):
-                cost[row] += there[i] * weight[i, j] * there[j]
+    apart = np.linalg.solve(sure[usable], there[usable, :, None])[..., 0]
+    cost[usable] = 4 * np.log(2 * np.pi) + size[usable] + (there[usable] * apart).sum(axis=1)
     return cost

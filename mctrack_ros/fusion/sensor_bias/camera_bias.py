@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import FLOATS_2D, FLOATS_3D, compiled, inner
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.sensor_bias.comparisons import MOST_TRACKS, REACH_M, compare
 from mctrack_ros.fusion.table import TrackTable
@@ -124,32 +122,24 @@ class CameraBias:
             )
 
 
-@inner
 def _beyond(residual: Floats, covariance: Floats, offset: Floats, variance: float) -> int:
     """Count residuals beyond the median of what they should be, were bias and variance so."""
-    count = 0
-    for row in range(len(residual)):
-        x, y = residual[row, 0] - offset[0], residual[row, 1] - offset[1]
-        xx, yy = covariance[row, 0, 0] + variance, covariance[row, 1, 1] + variance
-        xy = covariance[row, 0, 1]
-        squared = yy * x * x - 2 * xy * x * y + xx * y * y
-        count += squared > MEDIAN_SQUARED * (xx * yy - xy * xy)
-    return count
+    x, y = (residual - offset).T
+    xx, yy = covariance[:, 0, 0] + variance, covariance[:, 1, 1] + variance
+    xy = covariance[:, 0, 1]
+    squared = yy * x * x - 2 * xy * x * y + xx * y * y
+    return int(np.count_nonzero(squared > MEDIAN_SQUARED * (xx * yy - xy * xy)))
 
 
-@inner
 def _offset(residual: Floats, sure: float) -> Floats:
     """Return the median residual, less what it may be by chance (James and Stein's way)."""
-    middle, square = np.empty(2), 0.0
-    for axis in range(2):
-        middle[axis] = np.median(residual[:, axis])
-        deviation = NORMAL_MAD * np.median(np.abs(residual[:, axis] - middle[axis]))
-        square += (MEDIAN_LOSS * deviation) ** 2 / (INDEPENDENT * len(residual)) / 2
+    middle: Floats = np.median(residual, axis=0)
+    deviation = NORMAL_MAD * np.median(np.abs(residual - middle), axis=0)
+    square = ((MEDIAN_LOSS * deviation) ** 2).sum() / (INDEPENDENT * len(residual)) / 2
     size = (middle**2).sum()
     return middle * max(1 - sure**2 * square / size, 0.0) if size > 0.0 else middle
 
 
-@compiled(types.Tuple([types.f8[::1], types.f8])(FLOATS_2D, FLOATS_3D, types.f8))
 def judged(residual: Floats, covariance: Floats, sure: float) -> tuple[Floats, float]:
     """
     Judge a camera by its residuals.

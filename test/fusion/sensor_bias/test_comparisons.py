@@ -54,7 +54,7 @@ def slowly(state, seen, batch, doubt):
             expected = spread + batch.noise[near[0]]
             if ROOM * np.trace(expected) / 2 <= room**2:
                 found.append((own, place[near[0]] - middle, expected))
-    return found
+    return sorted(found, key=lambda each: each[0])
 
 
 def test_comparisons_are_those_of_plain_matrices():

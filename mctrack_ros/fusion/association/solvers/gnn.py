@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numba import types
 from numpy.typing import NDArray
@@ -56,9 +58,11 @@ def _is_alone(part: Indices) -> NDArray[np.bool_]:
 
 def _assigned(slot: Indices, detection: Indices, gain: Floats) -> Floats:
     """Solve each connected part of the graph by itself; all gains are above 0."""
-    order, begin, row, column = _parts(slot, detection)
+    part = components(slot, detection)
+    order, ends = part.argsort(kind='stable'), np.bincount(part).cumsum()
+    row, column = _numbered(order, ends, slot, detection)
     chosen = np.zeros(len(gain))
-    for first, last in zip(begin[:-1].tolist(), begin[1:].tolist()):
+    for first, last in pairwise([0, *ends.tolist()]):
         pairs, rows, columns = order[first:last], row[first:last], column[first:last]
         block = np.zeros((rows.max() + 1, columns.max() + 1))
         block[rows, columns] = gain[pairs]
@@ -69,31 +73,32 @@ def _assigned(slot: Indices, detection: Indices, gain: Floats) -> Floats:
     return chosen
 
 
-@compiled(types.Tuple([types.i8[::1]] * 4)(INTS_1D, INTS_1D))
-def _parts(slot: Indices, detection: Indices) -> tuple[Indices, Indices, Indices, Indices]:
+@compiled(types.Tuple([types.i8[::1]] * 2)(INTS_1D, INTS_1D, INTS_1D, INTS_1D))
+def _numbered(
+    order: Indices, ends: Indices, slot: Indices, detection: Indices
+) -> tuple[Indices, Indices]:
     """
-    Sort pairs (k,) by connected part.
+    Give slots and detections numbers within their connected part.
+
+    Parameters
+    ----------
+    order : (k,) array
+        The pairs, sorted by part.
+    ends : (parts,) array
+        Where each part ends there.
+    slot, detection : (k,) arrays
+        Of the pairs, as they were.
 
     Returns
     -------
-    order : (k,) array
-        The pairs.
-    begin : (parts + 1,) array
-        Where each part begins there.
     row, column : (k,) arrays
-        In that order: the slot, and the detection, numbered within the part.
+        In that order.
 
     """
-    part = components(slot, detection)
-    order = np.argsort(part, kind='mergesort')
-    count = part.max() + 1
-    begin = np.zeros(count + 1, np.int64)
     row, column = np.empty(len(order), np.int64), np.empty(len(order), np.int64)
-    for index in part:
-        begin[index + 1] += 1
-    begin = np.cumsum(begin)
-    for index in range(count):
-        here = slice(begin[index], begin[index + 1])
-        numbered(slot[order[here]], row[here])
-        numbered(detection[order[here]], column[here])
-    return order, begin, row, column
+    first = 0
+    for last in ends:
+        numbered(slot, order[first:last], row[first:last])
+        numbered(detection, order[first:last], column[first:last])
+        first = last
+    return row, column

@@ -101,8 +101,8 @@ def _joint(slot: Indices, detection: Indices, likelihood: Floats) -> Floats:
             for pair in here:
                 probability[pair] = likelihood[pair] / none
             continue
-        rows = numbered(slot[here], slots[: len(here)])
-        bits = numbered(detection[here], detections[: len(here)])
+        rows = numbered(slot, here, slots[: len(here)])
+        bits = numbered(detection, here, detections[: len(here)])
         one, other = slots[: len(here)], detections[: len(here)]
         if bits > min(rows, MOST_EXACT):
             one, other, rows, bits = other, one, bits, rows

@@ -79,13 +79,13 @@ def components(slot: Indices, detection: Indices) -> Indices:
 
 
 @inner
-def numbered(values: Indices, numbers: Indices) -> int:
-    """Give the distinct values numbers as they occur; return how many there are."""
+def numbered(values: Indices, here: Indices, numbers: Indices) -> int:
+    """Give the distinct ones of some values numbers as they occur; return how many there are."""
     count = 0
-    for index in range(len(values)):
+    for index in range(len(here)):
         numbers[index] = count
         for before in range(index):
-            if values[before] == values[index]:
+            if values[here[before]] == values[here[index]]:
                 numbers[index] = numbers[before]
                 break
         if numbers[index] == count:
