@@ -8,8 +8,6 @@ BIN := $(VENV)/bin
 SOURCES := setup.py setup.cfg package.xml pyproject.toml \
 	$(shell find mctrack_ros experiments config launch resource -type f -not -name '*.pyc')
 QUICK := $(addprefix test/,codec evaluation fusion interfaces site tracking test_config.py)
-COMPILE := import mctrack_ros.perception.silhouettes; \
-	from mctrack_ros.cli.live import prepare_nodes; prepare_nodes()
 LOCK := $(BIN)/uv pip compile --universal --python-version 3.11 --generate-hashes --upgrade \
 	--no-header --no-emit-index-url --no-emit-find-links -q
 COLCON := COLCON_LOG_PATH=build/colcon/log PYTHONPATH=$(CURDIR)/.colcon $(BIN)/python -m colcon
@@ -110,7 +108,6 @@ $(VENV)/.requirements: requirements.lock
 $(VENV)/.package: $(VENV)/.requirements $(SOURCES)
 	rm -rf build experiments/build
 	$(BIN)/pip install -q --disable-pip-version-check --no-deps --no-build-isolation --force-reinstall . ./experiments
-	@echo "compiling the inner loops, once: about a minute on two cores"
-	cd / && { $(abspath $(BIN))/python -c '$(COMPILE)' & \
-		$(abspath $(BIN))/python -c '$(COMPILE)' && wait $$!; }
+	@echo "compiling the inner loops, once: half a minute on two cores"
+	cd / && $(abspath $(BIN))/python -c 'from mctrack_ros.cli.live import prepare_nodes; prepare_nodes()'
 	touch $@

@@ -203,7 +203,7 @@ class _ByContent:
         if not cls._is_announced and not any(self._folder.glob(f'*-{self._digest}.*.nbi')):
             cls._is_announced = True
             print(
-                f'{_PACKAGE}: compiling inner loops, once: up to some minutes; '
+                f'{_PACKAGE}: compiling inner loops, once: half a minute on two cores; '
                 f'they are kept in {self._folder}',
                 file=sys.stderr,
                 flush=True,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import multiprocessing
+import os
 import signal
 import tempfile
 from collections.abc import Sequence
@@ -10,6 +12,9 @@ from pathlib import Path
 from mctrack_ros.compiled import prepare
 from mctrack_ros.ros.graph.graph import ENVIRONMENT, NodeSpec
 from mctrack_ros.ros.graph.supervise import Supervisor
+
+MOST_PROCESSES = 4
+"""Number of processes that compile: with more, each waits for what another one compiles."""
 
 
 def run_to_end(nodes: Sequence[NodeSpec], log: Path, domain: int | None) -> None:
@@ -50,8 +55,25 @@ def run_to_end(nodes: Sequence[NodeSpec], log: Path, domain: int | None) -> None
 
 
 def prepare_nodes() -> None:
-    """Compile the inner loops that nodes call, or find them compiled."""
-    import mctrack_ros.fusion.trackers
-    import mctrack_ros.perception.trackers  # noqa: F401
+    """Compile the inner loops of the default trackers, on all cores, or find them compiled."""
+    context = multiprocessing.get_context('spawn')
+    others = min(os.cpu_count() or 1, MOST_PROCESSES) - 1
+    helpers = [context.Process(target=_help_to_prepare, daemon=True) for _ in range(others)]
+    for helper in helpers:
+        helper.start()
+    _prepare()
+    for helper in helpers:
+        helper.join()
 
-    prepare('mctrack_ros')
+
+def _prepare() -> None:
+    import mctrack_ros.perception.trackers  # noqa: F401
+    from mctrack_ros.fusion.trackers import SELDOM
+
+    prepare('mctrack_ros', *SELDOM)
+
+
+def _help_to_prepare() -> None:
+    """Do the same; an interruption ends the process that waits for this one, and so this one."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    _prepare()

@@ -205,6 +205,7 @@ SELDOM = (
     'mctrack_ros.fusion.belief',
     'mctrack_ros.fusion.motion.imm',
     'mctrack_ros.fusion.occupancy',
+    'mctrack_ros.tracking.particles',
 )
 """Methods that are not the default: their loops are compiled when they are first called."""
 

@@ -39,6 +39,14 @@ def ground(json_file: Path | None = _JSON) -> None:
 
 
 @app.command()
+def start(json_file: Path | None = _JSON) -> None:
+    """Time a first start, which compiles the inner loops, and a later one."""
+    from mctrack_experiments.bench.start import bench_start
+
+    _tell(bench_start(), json_file)
+
+
+@app.command()
 def camera_shift(json_file: Path | None = _JSON) -> None:
     """Time the watch for cameras that have moved."""
     from mctrack_experiments.bench.perception.camera_shift import bench_camera_shift

@@ -1,4 +1,4 @@
-"""Persons seen in one image: the blobs that are one, and bodies placed in others; compiled."""
+"""Persons seen in one image: the blobs that are one, and bodies placed in others."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import BOOLS_1D, FLOATS_2D, FLOATS_3D, INTS_1D, compiled, inner
-from mctrack_ros.perception.blob_split.single_blobs import NEW, SINGLE_BLOBS, SingleBlobs
-from mctrack_ros.perception.blob_split.types import BODIES, Bodies
+from mctrack_ros.compiled import BOOLS_1D, FLOATS_2D, FLOATS_3D, compiled
+from mctrack_ros.perception.blob_split.single_blobs import NEW, SingleBlobs
+from mctrack_ros.perception.blob_split.types import Bodies
 from mctrack_ros.perception.geometry.foot_noise import foot_variance
 from mctrack_ros.perception.geometry.person_size import foot_below, metre_at
 
@@ -109,18 +109,6 @@ class Footing(NamedTuple):
 FOOTING = types.NamedUniTuple(types.f8, 4, Footing)
 
 
-@inner
-def _copy(source: Floats, row: int, target: Floats, to: int) -> None:
-    """Copy a row of a table; numba takes seconds to compile an assignment of arrays."""
-    for column in range(source.shape[1]):
-        target[to, column] = source[row, column]
-
-
-@compiled(
-    OBSERVATIONS(
-        SINGLE_BLOBS, BODIES, INTS_1D, INTS_1D, FLOATS_2D, FLOATS_2D
-    )
-)  # fmt: skip
 def gathered(
     singles: SingleBlobs,
     bodies: Bodies,
@@ -151,35 +139,27 @@ def gathered(
         Without foot points, positions and noise: see `footed`.
 
     """
-    count = len(bodies.blob)
-    for index in range(len(singles.alone)):
-        count += singles.alone[index]
-    track, blob = np.full(count, NEW), np.empty(count, np.int64)
-    box, colours = np.empty((count, 4)), np.empty((count, template.shape[1]))
-    visible, proven = np.ones(count), np.ones(count)
-    fitted = np.zeros(count, np.bool_)
-    row = body = known = 0
-    for index in range(len(singles.alone)):
-        if singles.alone[index]:
-            track[row], blob[row] = singles.track[index], index
-            _copy(blob_box, index, box, row)
-            _copy(template, index, colours, row)
-            row += 1
-        while body < len(bodies.blob) and shared[bodies.blob[body]] == index:
-            if bodies.is_known[body]:
-                track[row] = rows[known]
-                known += 1
-            blob[row], fitted[row] = index, True
-            _copy(bodies.box, body, box, row)
-            _copy(bodies.template, body, colours, row)
-            hidden = singles.single[index] and track[row] != singles.best[index]
-            visible[row], proven[row] = bodies.visible[body], bodies.proven[body]
-            if hidden:
-                proven[row] = 0.0
-            row, body = row + 1, body + 1
-    nowhere, none, flat = np.empty((count, 2)), np.zeros((count, 2, 2)), np.zeros((count, 2))
+    alone, body_blob = np.flatnonzero(singles.alone), shared[bodies.blob]
+    track = np.full(len(body_blob), NEW)
+    track[bodies.is_known] = rows
+    hidden = singles.single[body_blob] & (track != singles.best[body_blob])
+    proven = np.where(hidden, 0.0, bodies.proven)
+    whole, count = np.ones(len(alone)), len(alone) + len(body_blob)
+    blob = np.concatenate([alone, body_blob])
+    order = blob.argsort(kind='stable')
+    nowhere = np.empty((count, 2))
     return Observations(
-        track, blob, box, nowhere, nowhere, none, visible, proven, colours, fitted, flat
+        np.concatenate([singles.track[alone], track])[order],
+        blob[order],
+        np.concatenate([blob_box[alone], bodies.box])[order],
+        nowhere,
+        nowhere,
+        np.zeros((count, 2, 2)),
+        np.concatenate([whole, bodies.visible])[order],
+        np.concatenate([whole, proven])[order],
+        np.concatenate([template[alone], bodies.template])[order],
+        order >= len(alone),
+        np.zeros((count, 2)),
     )
 
 

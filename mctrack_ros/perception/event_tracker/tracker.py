@@ -16,12 +16,11 @@ from mctrack_ros.perception.blob_split.single_blobs import NEW
 from mctrack_ros.perception.blobs.extraction import Blobs
 from mctrack_ros.perception.blobs.frame import Frame
 from mctrack_ros.perception.event_tracker.config import EventTrackerConfig
-from mctrack_ros.perception.event_tracker.to_detections import reported_persons, sighted
+from mctrack_ros.perception.event_tracker.to_detections import confirmed_tracks, reported_persons
 from mctrack_ros.perception.events.event_log import EventLog
 from mctrack_ros.perception.events.group_detections import merged_detections
 from mctrack_ros.perception.events.view_events import ViewEvents
 from mctrack_ros.perception.feedback.id_assignment import learn_identities
-from mctrack_ros.perception.feedback.persons_in_view import ConfirmedTracks
 from mctrack_ros.perception.geometry.ground_extent import depth_covariance
 from mctrack_ros.perception.geometry.person_size import SizeTable
 from mctrack_ros.perception.local_tracks.association import match
@@ -113,7 +112,9 @@ class LocalTracker:
         blobs = self._vehicles.whole(blobs, feedback, stamp_ns)  # pieces of one are one
         predicted = self._predict(stamp_ns, log)  # local tracks to the image
         seen = self._associate(blobs, frame, predicted)  # blobs split among those expected
-        sure = self._confirmed(seen, stamp_ns)  # who is in view, and who touches whom
+        sure = confirmed_tracks(
+            seen, self.tracks, stamp_ns
+        )  # who is in view, and who touches whom
         part = self._events.group(sure, blobs.box, frame, feedback, stamp_ns, log)
         self._update(seen, predicted, blobs, stamp_ns)  # filters, colours, sizes
         seen = self._start(seen, blobs, stamp_ns)  # tracks of blobs that nobody explains
@@ -196,15 +197,6 @@ class LocalTracker:
         tracks.keep(kept)
         return predicted.select(kept)
 
-    def _confirmed(self, seen: Observations, stamp_ns: int) -> ConfirmedTracks:
-        """Return the confirmed tracks as this image shows them."""
-        tracks = self.tracks
-        return ConfirmedTracks(
-            *sighted(
-                seen, tracks.confirmed, tracks.local_id, tracks.mean, tracks.first_ns, stamp_ns
-            )
-        )
-
     def _update(
         self, seen: Observations, predicted: Prediction, blobs: Blobs, stamp_ns: int
     ) -> None:
@@ -251,24 +243,12 @@ class LocalTracker:
         """Write one row for everybody, and one for each group with hidden members."""
         tracks = self.tracks
         noise = seen.noise + shift_px**2 * ROUND if shift_px else seen.noise
-        shown = reported_persons(
-            seen,
-            blobs.area,
-            blobs.truncated,
-            self._sizes.table,
-            tracks.first_ns,
-            tracks.local_id,
-            tracks.track_id,
-            tracks.template,
-            stamp_ns,
-            max(self._config.confirm_s, 1e-9),
-        )
+        confirm_s = max(self._config.confirm_s, 1e-9)
+        shown = reported_persons(seen, tracks, blobs, self._sizes, stamp_ns, confirm_s)
         covariance = self._mapping.ground_covariance(seen.position, noise)
         if seen.depth.any():
             covariance = covariance + depth_covariance(seen.depth)
         class_id = tracks.class_id[seen.track]
-        persons = Detections.build(
-            stamp_ns, covariance=covariance, class_id=class_id, **shown._asdict()
-        )
+        persons = Detections.build(stamp_ns, covariance=covariance, class_id=class_id, **shown)
         groups = merged_detections(self._events.in_view, part, persons)
         return Detections.joined(stamp_ns, [persons, groups]) if len(groups) else persons

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import types
 from numpy.typing import NDArray
+from scipy.spatial.distance import cdist
 
-from mctrack_ros.compiled import BOOLS_1D, FLOATS_1D, FLOATS_2D, INTS_1D, compiled, inner
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Feedback
 from mctrack_ros.perception.geometry.person_size import SizeTable
@@ -159,21 +158,40 @@ class PersonList:
         foot = self._mapping.image_from_ground(place)
         sure = local.seen & (local.proven >= SURE_SHARE)
         sure &= local.age_s >= SURE_S
-        key, local_id, track_id, position, box, came, self._outside = _joined(
-            self._feedback.track_id.astype(np.int64),
-            place,
-            foot,
-            self._sizes.box_of(foot, self._extent[None]),
-            self._outside,
-            local.local_id,
-            local.position,
-            local.box,
-            self._sizes.foot_of(local.box),
-            local.seen,
-            sure,
-            self._image_size,
+        return self._joined(local, sure, place, foot)
+
+    def _joined(
+        self, local: ConfirmedTracks, sure: Booleans, place: Floats, foot: Floats
+    ) -> PersonsInView:
+        """List the targets in the image, and the sure local tracks that are none of them."""
+        target = self._feedback.track_id.astype(np.int64)
+        local_of = _nearest_tracks(place, local.position, local.seen)
+        is_target = local_of >= 0
+        alone = sure.copy()
+        alone[local_of[is_target]] = False
+        box = self._sizes.box_of(foot, self._extent[None])
+        box[is_target] = local.box[local_of[is_target]]
+        local_id = np.zeros(len(target), np.int64)
+        local_id[is_target] = local.local_id[local_of[is_target]]
+        inside = self._is_inside(foot)
+        came = np.isin(target, self._outside)
+        self._outside = target[~inside]
+        alone &= self._is_inside(self._sizes.foot_of(local.box))
+        key = np.concatenate([target[inside], -local.local_id[alone]])
+        nobody = np.zeros(int(alone.sum()), np.int64)
+        order = key.argsort(kind='stable')
+        return PersonsInView(
+            key[order],
+            np.concatenate([local_id[inside], local.local_id[alone]])[order],
+            np.concatenate([target[inside], nobody])[order],
+            np.concatenate([place[inside], local.position[alone]])[order],
+            np.concatenate([box[inside], local.box[alone]])[order],
+            np.concatenate([came[inside], nobody > 0])[order],
         )
-        return PersonsInView(key, local_id, track_id, position, box, came)
+
+    def _is_inside(self, foot: Floats) -> Booleans:
+        """Tell which foot points, (n, 2) px, lie in the image."""
+        return np.asarray(((foot >= 0) & (foot <= self._image_size)).all(axis=1))
 
     def _alone(self, local: ConfirmedTracks) -> PersonsInView:
         """Return the persons in view as the camera knows them without the fusion node."""
@@ -186,90 +204,14 @@ class PersonList:
         )
 
 
-@inner
-def _pairs(place: Floats, position: Floats, seen: Booleans) -> Ints:
+def _nearest_tracks(place: Floats, position: Floats, seen: Booleans) -> Ints:
     """Return the local track that each target is, or -1: the nearest pairs first, each once."""
-    gap = np.empty((len(place), len(position)))
-    for one in range(len(place)):
-        for other in range(len(position)):
-            across = place[one, 0] - position[other, 0]
-            far = np.hypot(across, place[one, 1] - position[other, 1])
-            gap[one, other] = far if seen[other] else np.inf
-    found, taken = np.full(len(place), -1), np.zeros(len(position), np.bool_)
-    while True:
-        least, nearest, to = SAME_M, -1, -1
-        for one in range(len(place)):
-            if found[one] >= 0:
-                continue
-            for other in range(len(position)):
-                if gap[one, other] < least and not taken[other]:
-                    least, nearest, to = gap[one, other], one, other
-        if nearest < 0:
-            return found
-        found[nearest], taken[to] = to, True
-
-
-@inner
-def _is_inside(foot: Floats, size: Floats) -> bool:
-    return bool(0 <= foot[0] <= size[0] and 0 <= foot[1] <= size[1])
-
-
-@inner
-def _insert(key: Ints, source: Ints, count: int, new: int, row: int) -> int:
-    """Insert a key, and the row that it is of, into ascending ones; return how many there are."""
-    place = count
-    while place and key[place - 1] > new:
-        key[place], source[place] = key[place - 1], source[place - 1]
-        place -= 1
-    key[place], source[place] = new, row
-    return count + 1
-
-
-@compiled(
-    types.Tuple([types.i8[::1]] * 3 + [types.f8[:, ::1]] * 2 + [types.b1[::1], types.i8[::1]])(
-        INTS_1D, FLOATS_2D, FLOATS_2D, FLOATS_2D, INTS_1D, INTS_1D, FLOATS_2D, FLOATS_2D,
-        FLOATS_2D, BOOLS_1D, BOOLS_1D, FLOATS_1D,
-    )
-)  # fmt: skip
-def _joined(
-    target: Ints, place: Floats, foot: Floats, box: Floats, outside: Ints, local_id: Ints,
-    position: Floats, local_box: Floats, local_foot: Floats, seen: Booleans, sure: Booleans,
-    size: Floats,
-) -> tuple[Ints, Ints, Ints, Floats, Floats, Booleans, Ints]:  # fmt: skip
-    """Return the columns of `PersonsInView`, and the targets that are out of the image."""
-    local_of = _pairs(place, position, seen)
-    most = len(target) + len(local_id)
-    key, local, track = (
-        np.empty(most, np.int64),
-        np.zeros(most, np.int64),
-        np.zeros(most, np.int64),
-    )
-    source, left_out = np.empty(most, np.int64), np.empty(len(target), np.int64)
-    alone, count, away = sure.copy(), 0, 0
-    for one in range(len(target)):
-        if local_of[one] >= 0:
-            alone[local_of[one]] = False
-        if _is_inside(foot[one], size):
-            count = _insert(key, source, count, target[one], one)
-        else:
-            left_out[away] = target[one]
-            away += 1
-    for other in range(len(local_id)):
-        if alone[other] and _is_inside(local_foot[other], size):
-            count = _insert(key, source, count, -local_id[other], len(target) + other)
-    where, boxes = np.empty((count, 2)), np.empty((count, 4))
-    came = np.zeros(count, np.bool_)
-    for row in range(count):
-        one = source[row]
-        other = one - len(target) if one >= len(target) else local_of[one]
-        if other >= 0:
-            local[row] = local_id[other]
-        if one < len(target):
-            track[row] = target[one]
-            for index in range(len(outside)):
-                came[row] |= outside[index] == target[one]
-        for axis in range(2):
-            where[row, axis] = place[one, axis] if one < len(target) else position[other, axis]
-        for side in range(4):
-            boxes[row, side] = box[one, side] if other < 0 else local_box[other, side]
-    return key[:count], local[:count], track[:count], where, boxes, came, left_out[:away]
+    gap = np.where(seen, cdist(place, position), np.inf)
+    one, other = np.nonzero(gap < SAME_M)
+    found = np.full(len(place), -1)
+    taken: set[int] = set()
+    for pair in gap[one, other].argsort(kind='stable'):
+        if found[one[pair]] < 0 and int(other[pair]) not in taken:
+            found[one[pair]] = other[pair]
+            taken.add(int(other[pair]))
+    return found

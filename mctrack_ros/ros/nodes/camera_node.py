@@ -91,8 +91,8 @@ class CameraNode(GraphNode):
         """Build the tracker and the publishers."""
         settings, camera = self.config.settings, self.config.camera
         check_camera_name(camera)
-        compile_loops('mctrack_ros.perception')
         self.tracker, self.overlay = settings.open(camera), Overlay()
+        compile_loops('mctrack_ros.perception')
         self.method = camera_method(settings.pipeline)
         self.note_calibration()
         self.forget_feedback()

@@ -178,6 +178,7 @@ class FusionNode(GraphNode):
         compile_loops('mctrack_ros.fusion', *SELDOM)
         self.open_batcher()
         self.open_tracker()
+        compile_loops(type(self.tracker).__module__.rpartition('.')[0])
         self.open_health()
         self.open_topics()
 
