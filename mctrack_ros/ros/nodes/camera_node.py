@@ -303,9 +303,10 @@ class CameraNode(GraphNode):
         self.get_logger().warning(reason, throttle_duration_sec=5.0)
 
     def send(self, publisher: LifecyclePublisher, message: Message) -> None:
-        """Publish rows or a mask."""
-        frame = self.config.ground_frame
-        publisher.publish(ros_from_message(message, RCLPY_CLASSES, frame))
+        """Publish rows or a mask, if anybody takes it: to compress masks takes time."""
+        if publisher.get_subscription_count():
+            frame = self.config.ground_frame
+            publisher.publish(ros_from_message(message, RCLPY_CLASSES, frame))
 
 
 def main() -> int:
