@@ -9,6 +9,7 @@ import sys
 import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import NoReturn
 
 import cv2
 import rclpy
@@ -40,7 +41,8 @@ def run(make: Callable[[], GraphNode], arguments: Sequence[str] | None = None) -
     Returns
     -------
     int
-        Exit code: 0, 1 after a failure, 2 if the configuration is wrong.
+        Exit code: 0 after help, 2 if the configuration is wrong. A node that has lived ends the
+        process itself, with 0, or 1 after a failure.
 
     """
     program = Path(sys.argv[0]).stem
@@ -60,10 +62,20 @@ def run(make: Callable[[], GraphNode], arguments: Sequence[str] | None = None) -
         rclpy.try_shutdown()
         return BAD_CONFIGURATION
     try:
-        return _live(node, endings)
+        code = _live(node, endings)
     finally:
         node.destroy_node()
         rclpy.try_shutdown()
+    if code != BAD_CONFIGURATION:
+        _leave(code)
+    return code
+
+
+def _leave(code: int) -> NoReturn:
+    """End the process: all is closed, and destructors of the middleware have hung for seconds."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    os._exit(code)
 
 
 def prepare_environment() -> None:
