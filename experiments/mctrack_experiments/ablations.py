@@ -69,6 +69,7 @@ from mctrack_ros.perception.background.noise import NoiseMap
 from mctrack_ros.perception.background.shadows import Shadows
 from mctrack_ros.perception.blobs import extraction
 from mctrack_ros.perception.event_tracker import tracker
+from mctrack_ros.perception.events import view_events
 from mctrack_ros.perception.local_tracks.table import LocalTracks
 from mctrack_ros.replay import camera_source, workers
 
@@ -108,6 +109,10 @@ class Rule:
 
 RULES = {
     'appearance': Rule('colours in the cost of a pair', {'association.appearance_weight': 0.0}),
+    'usual difference': Rule(
+        'colours as alike as those of one person usually are speak for a pair',
+        {'association.usual_difference': 0.0},
+    ),
     'tentative cost': Rule(
         'a track that is not confirmed gives way', patches={(likelihood, 'TENTATIVE_COST'): 0.0}
     ),
@@ -184,7 +189,7 @@ CAMERA_RULES = {
     ),
     'touching': Rule(
         'who touches another is a group with him',
-        patches={(tracker, 'contacts'): lambda box, *_: np.arange(len(box))},
+        patches={(view_events, 'contacts'): lambda box, *_: np.arange(len(box))},
     ),
     'group detections': Rule(
         'of a group with hidden members there is one detection',
@@ -211,7 +216,7 @@ CELL_RULES = {
     'limit': Rule('one bad state decides nothing', patches={(links, 'LIMIT'): 400.0}),
     'suspects': Rule(
         'a cell whose track has jumped is the first to be wrong',
-        patches={(links, 'SUSPECT_S'): 0.0},
+        patches={(links, 'DOUBTED_S'): 0.0},
     ),
     'joining': Rule(
         'two targets of one person become one', patches={(cell_pipeline, 'JOIN_M'): 0.0}

@@ -182,27 +182,32 @@ class Batcher(Generic[R]):
             raise ValueError(f'camera is {camera!r}, expected one of {list(self._cameras)}')
         closed = self.poll(now_ns)
         known_ns = self.ahead_ns.get(camera)
-        added_ns, lag_ns, reference_ns = -(known_ns or 0), None, self._reference_ns
+        added_ns, verdict = -(known_ns or 0), None
         rows = rows.at(rows.stamp_ns + added_ns) if added_ns else rows
         if arrival_ns is not None:
             verdict = self.clocks.judge(camera, rows.stamp_ns, arrival_ns)
             if not verdict.is_used:
                 self._cameras[camera].left_out += 1
                 return closed
-            lag_ns, reference_ns = verdict.lag_ns, verdict.reference_ns
             if known_ns is None:
                 added_ns = verdict.added_ns
                 rows = rows.at(rows.stamp_ns + added_ns)
         if self._started_ns is None:
             self._started_ns = self._admitted_ns = now_ns
-        are_others_right = abs(reference_ns - self._reference_ns) > self._sync_ns
-        self._reference_ns = reference_ns
-        if are_others_right:
-            self._leave_out(reference_ns)
+        are_others_right = verdict is not None and self._follows(verdict.reference_ns)
         if self._has_begun_anew(camera, rows.stamp_ns, now_ns, are_others_right):
             closed += self.begin_anew()
+        lag_ns = None if verdict is None else verdict.lag_ns
         self._admit(camera, rows, now_ns, lag_ns, added_ns)
         return closed + self.poll(now_ns)
+
+    def _follows(self, reference_ns: int) -> bool:
+        """Follow the clock of the others; tell whether it is another one than before."""
+        is_another = abs(reference_ns - self._reference_ns) > self._sync_ns
+        self._reference_ns = reference_ns
+        if is_another:
+            self._leave_out(reference_ns)
+        return is_another
 
     def go_on_after(self, stamp_ns: int) -> None:
         """Take what is not after the last tick of an earlier process for late."""

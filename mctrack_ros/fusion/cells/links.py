@@ -29,7 +29,7 @@ LIMIT = 40.0
 """A cost counts for so much at most, either way: one bad state decides nothing."""
 JUMP = 13.8
 """Squared Mahalanobis distance beyond which a track was not where it had led: 99.9 %."""
-SUSPECT_S = 2.0
+DOUBTED_S = 2.0
 """For so long after that a cell is the first to be wrong, s."""
 REACH_M, SIGMAS = 3.0, 4.0
 """Pairs farther apart than this, and standard deviations of the target's place, are none."""
@@ -232,7 +232,7 @@ class Links:
         unlike = np.round(colour_costs(members.template[moves], table.template[row[moves]]))
         links = [self.known[members.keys[i]] for i in moves.tolist()]
         return [
-            (stamp_ns - link.jumped_ns < SUSPECT_S * 1e9, colour, link.since_ns, cell)
+            (stamp_ns - link.jumped_ns < DOUBTED_S * 1e9, colour, link.since_ns, cell)
             for link, colour, cell in zip(links, unlike.tolist(), members.cell[moves].tolist())
         ]
 

@@ -121,17 +121,22 @@ class Reassignment:
             self.forget(name)
         fresh = confirmed.nonzero()[0].tolist()
         batch = samples(table, np.array(fresh, np.intp))  # before contacts begin them anew
+        due = self._note_contacts(table, near, stamp_ns)
+        changes = self._found_again(table, fresh, batch, stamp_ns)
+        if changes or not len(due):
+            return changes
+        table.judge_s[due] *= 2.0
+        return self._judged(table, due, stamp_ns)
+
+    def _note_contacts(self, table: TrackTable, near: NearPairs, stamp_ns: int) -> Indices:
+        """Note who is in contact; return the rows (k,) of those who were alone for long enough."""
         touch, due = _contacts(table.fixed, *near, self._config.contact_distance)
         one, other = (table.track_id[rows[touch]].tolist() for rows in near)
         for pair in zip(one, other):
             self._hypotheses.meet(*pair)
         table.contact_ns[table.in_contact] = stamp_ns
         table.contact_place[table.in_contact] = table.mean[table.in_contact, :2]
-        changes = self._found_again(table, fresh, batch, stamp_ns)
-        if changes or not len(due):
-            return changes
-        table.judge_s[due] *= 2.0
-        return self._judged(table, due, stamp_ns)
+        return due
 
     def _found_again(
         self, table: TrackTable, fresh: list[int], batch: Floats, stamp_ns: int

@@ -128,7 +128,7 @@ def _vote(track: Any, kind: int, seconds: float) -> None:
     )
 )  # fmt: skip
 def _note(tracks: Any, seen_by_ns: Stamps, rows: Indices, columns: Indices, reported: Any) -> None:
-    extent, told_extent = tracks['extent'], reported['extent']
+    extent, reported_extent = tracks['extent'], reported['extent']
     for index in range(len(rows)):
         row, column = rows[index], columns[index]
         track, one = tracks[row], reported[column]
@@ -140,7 +140,7 @@ def _note(tracks: Any, seen_by_ns: Stamps, rows: Indices, columns: Indices, repo
             _vote(track, kind, min(since_ns / 1e9, CLASS_S))
         share = min(since_ns / EXTENT_NS, MOST_AT_ONCE)
         for axis in range(2):
-            size = told_extent[column, axis]
+            size = reported_extent[column, axis]
             if 0.0 < size < LARGEST_EXTENT:
                 known = extent[row, axis]
                 extent[row, axis] = known + share * (size - known) if known > 0.0 else size

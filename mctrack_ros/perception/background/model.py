@@ -33,7 +33,7 @@ PERIOD_S = 0.2
 """Time between lessons; in each, the background moves by one grey level."""
 NOISE_TIME_S = 0.8
 MOST_NOISE = 30.0  # grey levels; nothing can be told from such images
-LONGEST_LESSON_S = 1.0  # so long an image counts at most: after a gap it is one like others
+LONGEST_STEP_S = 1.0  # so long an image counts at most: after a gap it is one like others
 LEAP = 2.0  # grey levels by which the median difference grows when the light leaps
 LEAST_GAIN = 0.02  # change of light that is followed
 JUMP_SHARE = 0.05
@@ -114,7 +114,7 @@ class Background:
         self._people: Image = np.zeros((0, 0), np.uint8)
         self._changed = 0
         self._noise_map, self._stillness = NoiseMap(), Stillness(self._config.still_s)
-        self._last_ns = self._lesson_ns = self._next_ns = 0
+        self._last_ns = self._learned_ns = self._next_ns = 0
 
     @property
     def threshold(self) -> float:
@@ -188,9 +188,9 @@ class Background:
         self._people = people
         if self.model is None or stamp_ns < self._next_ns:
             return
-        since_s = (stamp_ns - self._lesson_ns) * 1e-9 if self._lesson_ns else 0.0
-        seconds = min(since_s, LONGEST_LESSON_S)
-        self._lesson_ns = stamp_ns
+        since_s = (stamp_ns - self._learned_ns) * 1e-9 if self._learned_ns else 0.0
+        seconds = min(since_s, LONGEST_STEP_S)
+        self._learned_ns = stamp_ns
         self._next_ns = stamp_ns + round(PERIOD_S * 1e9)
         self._noise_map.learn(self.difference, self._mask, self.noise or 0.0, seconds)
         kept = cv2.bitwise_or(objects, cv2.bitwise_and(self._mask, people))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from operator import itemgetter
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -50,17 +52,17 @@ def scene_after(image: Image, model: Image, changed: Image, people: Image) -> Im
     where = cv2.resize(other, size, interpolation=cv2.INTER_AREA) > 127
     if where.mean() < LEAST_SHARE:
         return None
-    found = max(
-        (
-            (_likeness(new, old, where, shift), shift)
-            for shift in [(0, 0), *coarse_shifts(new, old)]
-        ),
-        key=lambda each: each[0],
-    )
-    if found[0] < LEAST_LIKENESS:
+    shifts = [(0, 0), *coarse_shifts(new, old)]
+    found = ((_likeness(new, old, where, each), each) for each in shifts)
+    likeness, shift = max(found, key=itemgetter(0))
+    if likeness < LEAST_LIKENESS:
         return None
     scale = image.shape[1] / size[0]
-    right, down = (round(along * scale) for along in found[1])
+    return _filled(image, model, people, round(shift[0] * scale), round(shift[1] * scale))
+
+
+def _filled(image: Image, model: Image, people: Image, right: int, down: int) -> Image:
+    """Return an image whose people are replaced by a background that is moved so far, px."""
     move = np.array([[1.0, 0, right], [0, 1.0, down]])
     moved = cv2.warpAffine(model, move, image.shape[1::-1], borderMode=cv2.BORDER_REPLICATE)
     beside = cv2.warpAffine(people, move, people.shape[::-1])

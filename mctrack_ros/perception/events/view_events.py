@@ -22,7 +22,7 @@ from mctrack_ros.perception.geometry.person_size import SizeTable
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-NOBODY: Ints = np.zeros(0, np.int64)
+NO_TRACKS: Ints = np.zeros(0, np.int64)
 Booleans = NDArray[np.bool_]
 
 
@@ -74,7 +74,7 @@ class ViewEvents:
         feedback: Feedback | None,
         stamp_ns: int,
         log: EventLog,
-        tracked: Ints = NOBODY,
+        tracked: Ints = NO_TRACKS,
     ) -> Ints:
         """
         Note who joined a group (E5), who left one (E3) and who is stable (E6) (Definition 6).

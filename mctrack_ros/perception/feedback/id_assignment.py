@@ -69,17 +69,25 @@ def learn_identities(tracks: Identified, feedback: Feedback, stamp_ns: int) -> N
     place, seconds = feedback.places(stamp_ns), (stamp_ns - feedback.stamp_ns) * 1e-9
     near, held = _held(tracks.track_id, tracks.mean, known_id, place, KEEP_M)
     tracks.track_id[~near] = 0
-    seeking = np.flatnonzero(tracks.confirmed & ~near)
-    offered = np.flatnonzero(~held)
+    seeking, offered = np.flatnonzero(tracks.confirmed & ~near), np.flatnonzero(~held)
     difference = tracks.mean[seeking, None, :2] - place[None, offered]
+    spread = tracks.covariance[seeking], feedback.covariance[offered]
+    row, column = _assigned(difference, *spread, seconds)
+    tracks.track_id[seeking[row]] = known_id[offered[column]]
+
+
+def _assigned(
+    difference: Floats, own: Floats, other: NDArray[np.float32], seconds: float
+) -> tuple[Ints, Ints]:
+    """Return the rows (k,) of tracks and (k,) of targets, (t, n, 2) m apart, that are one."""
     usable = np.hypot(difference[..., 0], difference[..., 1]) <= LEARN_M
     if not usable.any():
-        return
-    cost = _costs(tracks.covariance[seeking], feedback.covariance[offered], difference, seconds)
+        return np.zeros(0, np.int64), np.zeros(0, np.int64)
+    cost = _costs(own, other, difference, seconds)
     usable &= (cost >= 0.0) & (cost <= LEARN_GATE)
     row, column = linear_sum_assignment(np.where(usable, cost, TOO_FAR))
     fits = usable[row, column]
-    tracks.track_id[seeking[row[fits]]] = known_id[offered[column[fits]]]
+    return row[fits], column[fits]
 
 
 @compiled(_FOUND(INTS_1D, FLOATS_2D, INTS_1D, FLOATS_2D, types.f8))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,6 +95,14 @@ class PersonsInView:
     box: Floats
     came: Booleans
 
+    @classmethod
+    def joined(cls, parts: Sequence[PersonsInView]) -> PersonsInView:
+        """Return the persons of all parts."""
+        order = np.concatenate([part.key for part in parts]).argsort(kind='stable')
+        names = [each.name for each in fields(cls)]
+        columns = (np.concatenate([getattr(part, name) for part in parts]) for name in names)
+        return cls(*(column[order] for column in columns))
+
 
 NO_PERSONS = PersonsInView(
     np.zeros(0, np.int64),
@@ -158,36 +167,31 @@ class PersonList:
         foot = self._mapping.image_from_ground(place)
         sure = local.seen & (local.proven >= SURE_SHARE)
         sure &= local.age_s >= SURE_S
-        return self._joined(local, sure, place, foot)
-
-    def _joined(
-        self, local: ConfirmedTracks, sure: Booleans, place: Floats, foot: Floats
-    ) -> PersonsInView:
-        """List the targets in the image, and the sure local tracks that are none of them."""
-        target = self._feedback.track_id.astype(np.int64)
         local_of = _nearest_tracks(place, local.position, local.seen)
-        is_target = local_of >= 0
-        alone = sure.copy()
-        alone[local_of[is_target]] = False
-        box = self._sizes.box_of(foot, self._extent[None])
-        box[is_target] = local.box[local_of[is_target]]
-        local_id = np.zeros(len(target), np.int64)
-        local_id[is_target] = local.local_id[local_of[is_target]]
+        sure[local_of[local_of >= 0]] = False
+        targets = self._targets(local, local_of, place, foot)
+        return PersonsInView.joined([targets, self._others(local, sure)])
+
+    def _targets(
+        self, local: ConfirmedTracks, local_of: Ints, place: Floats, foot: Floats
+    ) -> PersonsInView:
+        """List the targets in the image, each with the local track, (n,), that it is, or -1."""
+        target = self._feedback.track_id.astype(np.int64)
+        box, local_id = self._sizes.box_of(foot, self._extent[None]), np.zeros_like(target)
+        tracked = local_of >= 0
+        box[tracked] = local.box[local_of[tracked]]
+        local_id[tracked] = local.local_id[local_of[tracked]]
         inside = self._is_inside(foot)
-        came = np.isin(target, self._outside)
+        came = np.isin(target, self._outside)[inside]
         self._outside = target[~inside]
-        alone &= self._is_inside(self._sizes.foot_of(local.box))
-        key = np.concatenate([target[inside], -local.local_id[alone]])
-        nobody = np.zeros(int(alone.sum()), np.int64)
-        order = key.argsort(kind='stable')
-        return PersonsInView(
-            key[order],
-            np.concatenate([local_id[inside], local.local_id[alone]])[order],
-            np.concatenate([target[inside], nobody])[order],
-            np.concatenate([place[inside], local.position[alone]])[order],
-            np.concatenate([box[inside], local.box[alone]])[order],
-            np.concatenate([came[inside], nobody > 0])[order],
-        )
+        key = target[inside]
+        return PersonsInView(key, local_id[inside], key, place[inside], box[inside], came)
+
+    def _others(self, local: ConfirmedTracks, sure: Booleans) -> PersonsInView:
+        """List the sure local tracks in the image, (n,), which are no targets."""
+        rows = np.flatnonzero(sure & self._is_inside(self._sizes.foot_of(local.box)))
+        own, nobody = local.local_id[rows], np.zeros(len(rows), np.int64)
+        return PersonsInView(-own, own, nobody, local.position[rows], local.box[rows], nobody > 0)
 
     def _is_inside(self, foot: Floats) -> Booleans:
         """Tell which foot points, (n, 2) px, lie in the image."""

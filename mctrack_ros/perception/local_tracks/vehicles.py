@@ -87,11 +87,7 @@ class Vehicles:
             return blobs
         part = np.arange(len(blobs)) + len(expected)
         part[piece] = vehicle
-        _, part = np.unique(part, return_inverse=True)
-        low, high = np.full((2, part.max() + 1, 2), [[[np.inf]], [[-np.inf]]])
-        np.minimum.at(low, part, blobs.box[:, :2])
-        np.maximum.at(high, part, blobs.box[:, :2] + blobs.box[:, 2:])
-        box, area = np.hstack([low, high - low]), np.bincount(part, blobs.area).astype(float)
+        box, area = _united(blobs, np.unique(part, return_inverse=True)[1])
         order = np.lexsort(box.T[::-1])  # from left to right
         return describe(box[order], area[order], self._mapping, self._sizes, self._blobs)[0]
 
@@ -233,3 +229,11 @@ def bicycles_among(blob_of: Ints, kind: Ints, confirmed: Mask, look: Ints, short
 def _holding(blob_of: Ints, some: Mask, count: int) -> Ints:
     """Return how many of some tracks, (t,), each of the blobs holds."""
     return np.bincount(blob_of[some & (blob_of >= 0)], minlength=count)
+
+
+def _united(blobs: Blobs, part: Ints) -> tuple[Floats, Floats]:
+    """Return the boxes (k, 4) and areas (k,) of parts, each of the blobs with its number (n,)."""
+    low, high = np.full((2, part.max() + 1, 2), [[[np.inf]], [[-np.inf]]])
+    np.minimum.at(low, part, blobs.box[:, :2])
+    np.maximum.at(high, part, blobs.box[:, :2] + blobs.box[:, 2:])
+    return np.hstack([low, high - low]), np.bincount(part, blobs.area).astype(float)

@@ -224,14 +224,18 @@ class CameraNode(GraphNode):
             self.health.count('feedback missed')
             self.send(self.events, feedback_missed(stamp_ns))
         output = self.tracker.step(image, true_ns, feedback)
+        self.publish_output(output, stamp_ns)
+        self.note_shift(output.shift)
+        self.note_settled(output.is_settled)
+        self.show(image, output)
+
+    def publish_output(self, output: CameraOutput, stamp_ns: int) -> None:
+        """Publish what an image, of a stamp by the camera's own clock, gave."""
         if len(output.events):
             self.send(self.events, output.events.at(stamp_ns))
         for topic, message in output.messages.items():
             self.send(self.messages[topic], message.at(stamp_ns))
         self.health.published(stamp_ns, self.get_clock().now().nanoseconds)
-        self.note_shift(output.shift)
-        self.note_settled(output.is_settled)
-        self.show(image, output)
 
     def changed(self, names: set[str], before: CameraNodeConfig) -> None:
         """See by other thresholds from now on."""

@@ -110,7 +110,7 @@ class Listener(Protocol):
         """Take a message of `/diagnostics`."""
         ...
 
-    def heard_picture(self, picture: Picture) -> None:
+    def received_image(self, picture: Picture) -> None:
         """Take an image of a camera that is shown."""
         ...
 
@@ -276,7 +276,7 @@ class LiveGraph:
             data = _compressed(image)
         except CodecError:
             return
-        self._listener.heard_picture(Picture(camera, stamp_ns, data, found))
+        self._listener.received_image(Picture(camera, stamp_ns, data, found))
 
 
 def _compressed(message: Any) -> bytes:

@@ -136,7 +136,7 @@ class LiveMap:
         """Take a message of `/diagnostics`, in the graph's thread."""
         self._soon(self._health.hear, statuses, time.monotonic())
 
-    def heard_picture(self, picture: Picture) -> None:
+    def received_image(self, picture: Picture) -> None:
         """Take an image of a camera, in the graph's thread."""
         number = self._names.index(picture.camera)
         message = image_message(number, picture.stamp_ns, picture.data, picture.detections)
