@@ -135,16 +135,16 @@ def _clusters(reported: NDArray[Any], gate: float, reach: float) -> tuple[Indice
         return np.arange(len(reported)), len(reported)
     noise, apart = reported['noise'][one] + reported['noise'][other], place[other] - place[one]
     squared = np.einsum('ki,kij,kj->k', apart, inverse(noise), apart)
-    members = [{row} for row in range(len(reported))]
-    for pair in squared.argsort(kind='stable'):
-        if squared[pair] < gate:
-            first, second = members[one[pair]], members[other[pair]]
-            if first is not second and not set(camera[list(first)]) & set(camera[list(second)]):
-                first |= second
-                for row in second:
-                    members[row] = first
-    _, cluster = np.unique([min(each) for each in members], return_inverse=True)
-    return cluster, int(cluster.max(initial=-1)) + 1
+    near = squared < gate
+    order = squared[near].argsort(kind='stable')
+    cluster, cameras = list(range(len(reported))), [1 << each for each in camera.tolist()]
+    for row, beside in zip(one[near][order].tolist(), other[near][order].tolist()):
+        keep, drop = sorted((cluster[row], cluster[beside]))
+        if keep != drop and not cameras[keep] & cameras[drop]:
+            cameras[keep] |= cameras[drop]
+            cluster = [keep if each == drop else each for each in cluster]
+    first, number = np.unique(cluster, return_inverse=True)
+    return number, len(first)
 
 
 def _fuse(
