@@ -60,18 +60,18 @@ def _near_pairs(position: NDArray[np.float64], order: Indices, distance: float) 
             if not position[other, 0] - position[one, 0] < distance:
                 break
             if is_near(position, one, other, distance):
-                keys = grown(keys, found)
+                if found == len(keys):
+                    keys = grown(keys, 2 * found)
                 keys[found], found = min(one, other) * count + max(one, other), found + 1
     return keys[:found]
 
 
 @inner
-def grown(values: Indices, used: int) -> Indices:
-    """Return values, of which so many are used, in an array of twice the length if it is full."""
-    if used < len(values):
-        return values
-    longer = np.empty(2 * len(values), np.int64)
-    longer[:used] = values
+def grown(values: Indices, size: int) -> Indices:
+    """Return an array of a larger size that begins with these values."""
+    longer = np.empty(size, np.int64)
+    for index in range(len(values)):
+        longer[index] = values[index]
     return longer
 
 

@@ -16,6 +16,7 @@ from mctrack_ros.compiled import (
     compiled,
     inner,
 )
+from mctrack_ros.fusion.association.solvers.pairs import counted
 from mctrack_ros.fusion.measurements.packed import XX, XY, YY, X, Y
 from mctrack_ros.fusion.neighbours import cell_slot, grown
 
@@ -140,6 +141,22 @@ def _reached(
     return count
 
 
+@inner
+def _sort(values: Indices) -> None:
+    """Sort in place what is mostly a few values, by Shell's method."""
+    gap = 1
+    while gap < len(values) // 3:
+        gap = 3 * gap + 1
+    while gap > 0:
+        for index in range(gap, len(values)):
+            value, before = values[index], index - gap
+            while before >= 0 and values[before] > value:
+                values[before + gap] = values[before]
+                before -= gap
+            values[before + gap] = value
+        gap //= 3
+
+
 def slots(image: Indices, track: Indices) -> Indices:
     """Give each track in each image a number; pairs (k,) are sorted by image, then track."""
     slot = np.zeros(len(track), np.int64)
@@ -184,11 +201,7 @@ def gated_pairs(
     middle = len(seen) // 2
     usual = USUAL * float(np.partition(variance, middle)[middle])
     longest = float(np.abs(seconds).max())
-    key = _in_gate(mean, covariance, seconds, seen, image, gate, variance, usual, longest)
-    key.sort()
-    pairs = np.empty((4, len(key)), np.int64)
-    key, pairs[1] = np.divmod(key, len(seen))
-    pairs[2], pairs[0] = np.divmod(key, len(mean))
+    pairs = _in_gate(mean, covariance, seconds, seen, image, gate, variance, usual, longest)
     pairs[3] = slots(pairs[2], pairs[0])
     return pairs
 
@@ -203,7 +216,7 @@ def _variances(seen: Floats) -> Floats:
 
 
 @compiled(
-    types.i8[::1](
+    types.i8[:, ::1](
         COLUMN_2D,
         COLUMN_3D,
         FLOATS_1D,
@@ -220,7 +233,7 @@ def _in_gate(
     variances: Floats, usual: float, longest: float,
 ) -> Indices:  # fmt: skip
     """
-    Return a number (k,) for each pair in the gate; sorted, they are so as in `gated_pairs`.
+    Return the pairs in the gate as `gated_pairs` does, without their slots.
 
     Detections with a variance above the `usual` are tried with every track; the farthest image is
     so `longest` before the tick, s.
@@ -229,7 +242,8 @@ def _in_gate(
     edge = np.sqrt(gate * usual)
     first, following, cell = _grid(seen, variances, usual, edge)
     near = np.empty(len(seen), np.int64)
-    pairs, found = np.empty(len(seen), np.int64), 0
+    tracks, detections = np.empty(len(near), np.int64), np.empty(len(near), np.int64)
+    found = 0
     for track in range(len(mean)):
         variance = _largest(
             covariance[track, 0, 0], covariance[track, 0, 1], covariance[track, 1, 1]
@@ -237,7 +251,10 @@ def _in_gate(
         reach = np.sqrt(gate * (variance + usual))
         reach += np.hypot(mean[track, 2], mean[track, 3]) * longest
         count = _reached(mean[track, 0], mean[track, 1], reach, edge, first, following, cell, near)
-        later = np.nan
+        if found + count > len(tracks):
+            tracks = grown(tracks, 2 * (found + count))
+            detections = grown(detections, len(tracks))
+        begin, later = found, np.nan
         for index in range(count):
             row = near[index]
             if seconds[image[row]] != later:
@@ -251,7 +268,13 @@ def _in_gate(
                 yy + seen[row, YY],
             )
             if squared < gate:
-                pairs = grown(pairs, found)
-                pairs[found] = (image[row] * len(mean) + track) * len(seen) + row
-                found += 1
-    return pairs[:found]
+                tracks[found], detections[found], found = track, row, found + 1
+        _sort(detections[begin:found])
+    key, pairs = np.empty(found, np.int64), np.empty((4, found), np.int64)
+    for index in range(found):
+        key[index] = image[detections[index]]
+    order = counted(key, image[len(image) - 1] + 1)
+    for pair in range(found):
+        row = detections[order[pair]]
+        pairs[0, pair], pairs[1, pair], pairs[2, pair] = tracks[order[pair]], row, image[row]
+    return pairs

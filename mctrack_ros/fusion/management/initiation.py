@@ -5,16 +5,19 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
+from mctrack_ros.compiled import INTS_1D, compiled
 from mctrack_ros.fusion.joint_tracker.config import JointConfig
+from mctrack_ros.fusion.measurements.admission import ROWS
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.models import INITIAL_SPEED_SIGMA, Motion
 from mctrack_ros.fusion.neighbours import nearest
-from mctrack_ros.fusion.table import TrackTable
+from mctrack_ros.fusion.table import TRACKS, TrackTable
 from mctrack_ros.fusion.update.update import note
-from mctrack_ros.tracking.kalman import inverse
+from mctrack_ros.tracking.kalman import inverse, inverted
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -63,11 +66,11 @@ def new_tracks(
 
     """
     rows = _shared_out(rows, batch.camera[rows])
-    started = batch.rows[rows]
-    label, count = _clusters(started, config.association.gate, CLUSTER_M)
+    label, count = _clusters(batch.rows[rows], config.association.gate, CLUSTER_M)
     table = TrackTable.blank(count, cameras, motion.modes)
     note(table, batch, label, rows)
-    _fuse(table.fixed, started, label, tick_ns, next_id)
+    speed_variance = INITIAL_SPEED_SIGMA**2
+    _fuse(table.fixed, batch.rows, rows, label, speed_variance, tick_ns, next_id)
     motion.begin(table)
     if batch.has_templates:
         reported = np.flatnonzero(batch.is_described[rows])[::-1]  # the first one's stays
@@ -147,17 +150,29 @@ def _clusters(reported: NDArray[Any], gate: float, reach: float) -> tuple[Indice
     return number, len(first)
 
 
+@compiled(types.void(TRACKS, ROWS, INTS_1D, INTS_1D, types.f8, types.i8, types.i8))
 def _fuse(
-    tracks: NDArray[Any], reported: NDArray[Any], label: Indices, tick_ns: int, next_id: int
-) -> None:
-    """Begin blank tracks: at rest, at the weighted means of the clusters of detections (k,)."""
-    weight = inverse(reported['noise'])
-    information, pull = np.zeros((len(tracks), 2, 2)), np.zeros((len(tracks), 2))
-    np.add.at(information, label, weight)
-    np.add.at(pull, label, np.einsum('kij,kj->ki', weight, reported['place']))
-    tracks['covariance'][:, :2, :2] = covariance = inverse(information)
-    tracks['covariance'][:, [2, 3], [2, 3]] = INITIAL_SPEED_SIGMA**2
-    tracks['mean'][:, :2] = np.einsum('kij,kj->ki', covariance, pull)
-    for column in ('first_ns', 'seen_ns', 'kept_ns'):
-        tracks[column] = tick_ns
-    tracks['track_id'] = next_id + np.arange(len(tracks))
+    tracks: Any, reported: Any, rows: Indices, label: Indices, speed_variance: float, tick_ns: int,
+    next_id: int,
+) -> None:  # fmt: skip
+    """Begin blank tracks: at rest, at the weighted means of the clusters (k,) of rows (k,)."""
+    mean, covariance = tracks['mean'], tracks['covariance']
+    position, noise = reported['place'], reported['noise']
+    information, weighted = np.zeros((len(tracks), 2, 2)), np.zeros((len(tracks), 2))
+    weight = np.empty((2, 2))
+    for row, own in zip(rows, label):
+        inverted(noise[row], weight)
+        for i in range(2):
+            for j in range(2):
+                information[own, i, j] += weight[i, j]
+                weighted[own, i] += weight[i, j] * position[row, j]
+    for one in range(len(tracks)):
+        inverted(information[one], weight)
+        for i in range(2):
+            covariance[one, 2 + i, 2 + i] = speed_variance
+            for j in range(2):
+                covariance[one, i, j] = weight[i, j]
+                mean[one, i] += weight[i, j] * weighted[one, j]
+        track = tracks[one]
+        track['first_ns'] = track['seen_ns'] = track['kept_ns'] = tick_ns
+        track['track_id'] = next_id + one

@@ -66,7 +66,7 @@ def compare(
         room = _room(own, tracks[asked], state, seen)
         there = position[rows] - later[rows, None] * state[tracks[asked], None, 2:4]
         apart = there - place[asked, own, None]
-        near = (apart**2).sum(axis=2) < room[:, None]
+        near = apart[..., 0] ** 2 + apart[..., 1] ** 2 < room[:, None]
         row = near.argmax(axis=1)
         is_only = (near.sum(axis=1) == 1) & ~batch.is_overlapped[rows][row]
         covariance = spread[asked, own] + noise[rows[row]]
