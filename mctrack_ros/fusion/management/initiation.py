@@ -14,7 +14,6 @@ from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.measurements.admission import ROWS
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.models import INITIAL_SPEED_SIGMA, Motion
-from mctrack_ros.fusion.neighbours import nearest
 from mctrack_ros.fusion.table import TRACKS, TrackTable
 from mctrack_ros.fusion.update.update import note
 from mctrack_ros.tracking.kalman import inverse, inverted
@@ -107,15 +106,15 @@ def with_room(
 
 def ask_more(fresh: TrackTable, table: TrackTable) -> None:
     """Ask more evidence of what begins very near a confirmed track: blobs fall apart."""
-    _, gap = nearest(fresh.mean, table.mean, table.confirmed)
-    fresh.evidence[gap < CROWD_M] -= CROWD_EVIDENCE
+    near = cdist(fresh.mean[:, :2], table.mean[table.confirmed, :2]) < CROWD_M
+    fresh.evidence[near.any(axis=1)] -= CROWD_EVIDENCE
 
 
 def _together(fresh: Floats, others: Floats, reach: float) -> Indices:
     """Count who of the others, or of those before it, is within reach of each."""
-    place = fresh[:, :2]
+    place, number = fresh[:, :2], np.arange(len(fresh))
     near = cdist(place, others[:, :2]) < reach
-    before = np.tril(cdist(place, place) < reach, -1)
+    before = (cdist(place, place) < reach) & (number[:, None] > number)
     return np.asarray(near.sum(axis=1) + before.sum(axis=1))
 
 
@@ -131,23 +130,23 @@ def _clusters(reported: NDArray[Any], gate: float, reach: float) -> tuple[Indice
         How many there are.
 
     """
-    place, camera = reported['place'], reported['camera']
-    is_near = (cdist(place, place) < reach) & (camera[:, None] != camera)
-    one, other = np.triu(is_near).nonzero()
+    place, camera, number = reported['place'], reported['camera'], np.arange(len(reported))
+    is_other = (camera[:, None] != camera) & (number[:, None] < number)
+    one, other = ((cdist(place, place) < reach) & is_other).nonzero()
     if not len(one):
-        return np.arange(len(reported)), len(reported)
+        return number, len(number)
     noise, apart = reported['noise'][one] + reported['noise'][other], place[other] - place[one]
-    squared = np.einsum('ki,kij,kj->k', apart, inverse(noise), apart)
+    squared = (apart[:, None] @ inverse(noise) @ apart[..., None])[:, 0, 0]
     near = squared < gate
     order = squared[near].argsort(kind='stable')
-    cluster, cameras = list(range(len(reported))), [1 << each for each in camera.tolist()]
+    cluster, cameras = number.tolist(), [1 << each for each in camera.tolist()]
     for row, beside in zip(one[near][order].tolist(), other[near][order].tolist()):
         keep, drop = sorted((cluster[row], cluster[beside]))
         if keep != drop and not cameras[keep] & cameras[drop]:
             cameras[keep] |= cameras[drop]
             cluster = [keep if each == drop else each for each in cluster]
-    first, number = np.unique(cluster, return_inverse=True)
-    return number, len(first)
+    label = {first: own for own, first in enumerate(dict.fromkeys(cluster))}
+    return np.array([label[first] for first in cluster]), len(label)
 
 
 @compiled(types.void(TRACKS, ROWS, INTS_1D, INTS_1D, types.f8, types.i8, types.i8))

@@ -60,10 +60,13 @@ def compare(
     tracks = tracks[(seen[tracks] >= 0).sum(axis=1) > 1]
     later = batch.seconds[batch.image]
     count, place, spread = _witnessed(state[tracks], seen[tracks], later, position, noise, doubt)
-    found = np.empty(0, np.intp), np.empty((0, 2)), np.empty((0, 2, 2))
+    half = _half_way(tracks, state)
+    witnesses = (seen >= 0).sum(axis=1)
+    found = [(np.empty(0, np.intp), np.empty((0, 2)), np.empty((0, 2, 2)))]
     for own in np.unique(batch.camera).tolist():
         rows, asked = _latest_image(batch, own), np.flatnonzero(count[:, own] > 1)
-        room = _room(own, tracks[asked], state, seen)
+        is_other = witnesses > (seen[:, own] >= 0)
+        room = half[asked].min(axis=1, initial=REACH_M**2, where=is_other)
         there = position[rows] - later[rows, None] * state[tracks[asked], None, 2:4]
         apart = there - place[asked, own, None]
         near = apart[..., 0] ** 2 + apart[..., 1] ** 2 < room[:, None]
@@ -72,10 +75,9 @@ def compare(
         covariance = spread[asked, own] + noise[rows[row]]
         is_clear = ROOM * covariance.trace(axis1=1, axis2=2) / 2 <= room
         used = np.flatnonzero(is_only & is_clear)
-        new = np.full(len(used), own), apart[used, row[used]], covariance[used]
-        camera, residual, covariance = (np.append(*each, axis=0) for each in zip(found, new))
-        found = camera, residual, covariance
-    return found
+        found.append((np.full(len(used), own), apart[used, row[used]], covariance[used]))
+    camera, residual, covariance = (np.concatenate(each) for each in zip(*found))
+    return camera, residual, covariance
 
 
 def _witnessed(
@@ -103,13 +105,11 @@ def _witnessed(
     return count, np.einsum('noij,noj->noi', covariance, pull), covariance
 
 
-def _room(own: int, tracks: Indices, state: Floats, seen: Indices) -> Floats:
-    """Return the squares, (k,) m², of half the way to the next target that others see."""
-    is_witnessed = (np.delete(seen, own, axis=1) >= 0).any(axis=1)
-    apart = cdist(state[tracks, :2], state[:, :2], 'sqeuclidean') / 4
-    apart[:, ~is_witnessed] = np.inf
-    apart[np.arange(len(tracks)), tracks] = np.inf
-    return np.asarray(apart.min(axis=1, initial=REACH_M**2))
+def _half_way(tracks: Indices, state: Floats) -> Floats:
+    """Return the squares, (k, n) m², of half the way from each of these tracks to all others."""
+    half = cdist(state[tracks, :2], state[:, :2], 'sqeuclidean') / 4
+    half[np.arange(len(tracks)), tracks] = np.inf
+    return np.asarray(half)
 
 
 def _latest_image(batch: Batch, camera: int) -> Indices:

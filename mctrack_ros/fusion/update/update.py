@@ -18,7 +18,7 @@ from mctrack_ros.fusion.reid.appearance import collect
 from mctrack_ros.fusion.table import TRACKS, TrackTable
 from mctrack_ros.fusion.update.covering import CoveringAssociation
 from mctrack_ros.fusion.update.hidden_members import keep_members
-from mctrack_ros.interfaces import LARGEST_EXTENT, ClassCode
+from mctrack_ros.interfaces import LARGEST_EXTENT
 
 if TYPE_CHECKING:
     from mctrack_ros.fusion.explain.recorder import DecisionRecorder
@@ -35,7 +35,6 @@ EXTENT_NS = 8e9
 """Time constant of its size, ns."""
 CLASS_S, MOST_CLASS_S = 1.0, 3.0
 """For so long one detection tells a class at most, and for so long a class leads at most, s."""
-PERSON, OTHERS_WEIGH = int(ClassCode.PERSON), 2.0
 ASSOCIATIONS: dict[str, type[Any]] = {'covering_graph': CoveringAssociation}
 """By method, what associates the images of a tick; that of all others is `JointAssociation`."""
 
@@ -109,13 +108,7 @@ def note(table: TrackTable, batch: Batch, rows: Indices, columns: Indices) -> No
 
 @inner
 def _vote(track: Any, kind: int, seconds: float) -> None:
-    """
-    Let a camera tell a class: the lead of another one shrinks, and then it is this one.
-
-    All others weigh more than that of a person: every object resembles one from some side.
-    """
-    if kind != PERSON:
-        seconds *= OTHERS_WEIGH
+    """Let a camera tell a class: the lead of another one shrinks, and then it is this one."""
     ahead = track['class_lead_s'] + (seconds if kind == track['class_id'] else -seconds)
     if ahead < 0.0 or track['class_id'] == 0:
         track['class_id'] = kind
