@@ -200,10 +200,7 @@ def gated_pairs(
     variance = _variances(seen)
     middle = len(seen) // 2
     usual = USUAL * float(np.partition(variance, middle)[middle])
-    longest = float(np.abs(seconds).max())
-    pairs = _in_gate(mean, covariance, seconds, seen, image, gate, variance, usual, longest)
-    pairs[3] = slots(pairs[2], pairs[0])
-    return pairs
+    return _in_gate(mean, covariance, seconds, seen, image, gate, variance, usual)
 
 
 @compiled(types.f8[::1](FLOATS_2D))
@@ -225,20 +222,21 @@ def _variances(seen: Floats) -> Floats:
         types.f8,
         FLOATS_1D,
         types.f8,
-        types.f8,
     )
 )
 def _in_gate(
     mean: Floats, covariance: Floats, seconds: Floats, seen: Floats, image: Indices, gate: float,
-    variances: Floats, usual: float, longest: float,
+    variances: Floats, usual: float,
 ) -> Indices:  # fmt: skip
     """
-    Return the pairs in the gate as `gated_pairs` does, without their slots.
+    Return the pairs in the gate as `gated_pairs` does.
 
-    Detections with a variance above the `usual` are tried with every track; the farthest image is
-    so `longest` before the tick, s.
+    Detections with a variance above the `usual` are tried with every track.
 
     """
+    longest = 0.0
+    for index in range(len(seconds)):
+        longest = max(longest, abs(seconds[index]))
     edge = np.sqrt(gate * usual)
     first, following, cell = _grid(seen, variances, usual, edge)
     near = np.empty(len(seen), np.int64)
@@ -274,7 +272,12 @@ def _in_gate(
     for index in range(found):
         key[index] = image[detections[index]]
     order = counted(key, image[len(image) - 1] + 1)
+    slot, last_image, last_track = -1, -1, -1
     for pair in range(found):
-        row = detections[order[pair]]
-        pairs[0, pair], pairs[1, pair], pairs[2, pair] = tracks[order[pair]], row, image[row]
+        track, row = tracks[order[pair]], detections[order[pair]]
+        if track != last_track or image[row] != last_image:
+            slot, last_track, last_image = slot + 1, track, image[row]
+        pairs[0, pair], pairs[1, pair], pairs[2, pair], pairs[3, pair] = (
+            track, row, image[row], slot,
+        )  # fmt: skip
     return pairs

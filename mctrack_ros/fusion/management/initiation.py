@@ -112,10 +112,10 @@ def ask_more(fresh: TrackTable, table: TrackTable) -> None:
 
 def _together(fresh: Floats, others: Floats, reach: float) -> Indices:
     """Count who of the others, or of those before it, is within reach of each."""
-    place, number = fresh[:, :2], np.arange(len(fresh))
-    near = cdist(place, others[:, :2]) < reach
-    before = (cdist(place, place) < reach) & (number[:, None] > number)
-    return np.asarray(near.sum(axis=1) + before.sum(axis=1))
+    every = np.concatenate((others[:, :2], fresh[:, :2]))
+    near = cdist(fresh[:, :2], every) < reach
+    number = np.arange(len(every))
+    return np.asarray((near & (number < number[len(others) :, None])).sum(axis=1))
 
 
 def _clusters(reported: NDArray[Any], gate: float, reach: float) -> tuple[Indices, int]:

@@ -97,7 +97,7 @@ class TrackManager:
         if len(beside):
             lost = reid.lost.lately(stamp_ns, MEMORY_S)
             fresh.origin[beside] = origins(fresh.mean[beside], table, lost, stamp_ns)
-        ask_more(fresh, table)
+            ask_more(fresh, table)
         table.append(fresh)
 
     def note_groups(

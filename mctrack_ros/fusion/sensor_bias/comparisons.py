@@ -3,9 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
+from numba import types
 from numpy.typing import NDArray
-from scipy.spatial.distance import cdist
 
+from mctrack_ros.compiled import (
+    COLUMN_2D,
+    FLOATS_1D,
+    FLOATS_3D,
+    INTS_1D,
+    INTS_2D,
+    compiled,
+)
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.tracking.kalman import inverse
 
@@ -58,26 +66,59 @@ def compare(
     """
     tracks = (turn + np.arange(min(len(state), MOST_TRACKS))) % len(state)
     tracks = tracks[(seen[tracks] >= 0).sum(axis=1) > 1]
+    if not len(tracks):
+        return np.empty(0, np.int64), np.empty((0, 2)), np.empty((0, 2, 2))
     later = batch.seconds[batch.image]
     count, place, spread = _witnessed(state[tracks], seen[tracks], later, position, noise, doubt)
-    half = _half_way(tracks, state)
-    witnesses = (seen >= 0).sum(axis=1)
-    found = [(np.empty(0, np.intp), np.empty((0, 2)), np.empty((0, 2, 2)))]
-    for own in np.unique(batch.camera).tolist():
-        rows, asked = _latest_image(batch, own), np.flatnonzero(count[:, own] > 1)
-        is_other = witnesses > (seen[:, own] >= 0)
-        room = half[asked].min(axis=1, initial=REACH_M**2, where=is_other)
-        there = position[rows] - later[rows, None] * state[tracks[asked], None, 2:4]
-        apart = there - place[asked, own, None]
-        near = apart[..., 0] ** 2 + apart[..., 1] ** 2 < room[:, None]
-        row = near.argmax(axis=1)
-        is_only = (near.sum(axis=1) == 1) & ~batch.is_overlapped[rows][row]
-        covariance = spread[asked, own] + noise[rows[row]]
-        is_clear = ROOM * covariance.trace(axis1=1, axis2=2) / 2 <= room
-        used = np.flatnonzero(is_only & is_clear)
-        found.append((np.full(len(used), own), apart[used, row[used]], covariance[used]))
-    camera, residual, covariance = (np.concatenate(each) for each in zip(*found))
-    return camera, residual, covariance
+    room, row = np.full(count.shape, REACH_M**2), np.full(count.shape, -1)
+    images = _latest_images(batch, len(doubt))
+    _alone(tracks, count, place, state, seen, *images, later, position, room, row)
+    own, track = (row >= 0).T.nonzero()
+    row = row[track, own]
+    covariance = spread[track, own] + noise[row]
+    is_clear = ROOM * covariance.trace(axis1=1, axis2=2) / 2 <= room[track, own]
+    is_clear &= ~batch.is_overlapped[row]
+    residual = position[row] - later[row, None] * state[tracks[track], 2:] - place[track, own]
+    return own[is_clear], residual[is_clear], covariance[is_clear]
+
+
+@compiled(
+    types.void(
+        INTS_1D, INTS_2D, FLOATS_3D, COLUMN_2D, INTS_2D, INTS_1D, INTS_1D, FLOATS_1D, COLUMN_2D,
+        types.f8[:, ::1], types.i8[:, ::1],
+    )
+)  # fmt: skip
+def _alone(
+    tracks: Indices, count: Indices, place: Floats, state: Floats, seen: Indices, begin: Indices,
+    end: Indices, later: Floats, position: Floats, room: Floats, row: Indices,
+) -> None:  # fmt: skip
+    """
+    Find the only detection of each camera near where two or more others see a target.
+
+    `room` and `row`, (n, cameras), take the square of half the way to the next target that another
+    camera sees, m², and the detection so near; -1: none, or not alone.
+    """
+    for index in range(len(tracks)):
+        track = tracks[index]
+        for own in range(count.shape[1]):
+            if count[index, own] < 2:
+                continue
+            for other in range(len(state)):
+                x, y = state[other, 0] - state[track, 0], state[other, 1] - state[track, 1]
+                squared = (x * x + y * y) / 4.0
+                if other != track and squared < room[index, own]:
+                    for eye in range(seen.shape[1]):
+                        if eye != own and seen[other, eye] >= 0:
+                            room[index, own] = squared
+                            break
+            near = 0
+            for one in range(begin[own], end[own]):
+                x = position[one, 0] - later[one] * state[track, 2] - place[index, own, 0]
+                y = position[one, 1] - later[one] * state[track, 3] - place[index, own, 1]
+                if x * x + y * y < room[index, own]:
+                    near, row[index, own] = near + 1, one
+            if near != 1:
+                row[index, own] = -1
 
 
 def _witnessed(
@@ -98,21 +139,15 @@ def _witnessed(
     there = position[seen] - later[seen][..., None] * state[:, None, 2:4]
     weight = inverse(noise[seen] + doubt[:, None, None] * np.eye(2)) * is_seen[..., None, None]
     others = 1.0 - np.eye(len(doubt))
-    information = np.einsum('oc,ncij->noij', others, weight)
-    pull = np.einsum('oc,ncij,ncj->noi', others, weight, there)
+    information = (others @ weight.reshape(*is_seen.shape, 4)).reshape(weight.shape)
+    pull = others @ (weight @ there[..., None])[..., 0]
     count = is_seen.sum(axis=1, keepdims=True) - is_seen
     covariance = np.where(count[..., None, None] > 0, inverse(information), 0.0)
-    return count, np.einsum('noij,noj->noi', covariance, pull), covariance
+    return count, (covariance @ pull[..., None])[..., 0], covariance
 
 
-def _half_way(tracks: Indices, state: Floats) -> Floats:
-    """Return the squares, (k, n) m², of half the way from each of these tracks to all others."""
-    half = cdist(state[tracks, :2], state[:, :2], 'sqeuclidean') / 4
-    half[np.arange(len(tracks)), tracks] = np.inf
-    return np.asarray(half)
-
-
-def _latest_image(batch: Batch, camera: int) -> Indices:
-    """Return the rows (k,) of a camera's last image of the tick."""
-    rows = np.flatnonzero(batch.camera == camera)
-    return np.asarray(rows[batch.image[rows] == batch.image[rows[-1]]])
+def _latest_images(batch: Batch, cameras: int) -> tuple[Indices, Indices]:
+    """Return the first row of each camera's last image, (cameras,), and the one after it."""
+    image = np.full(cameras, -1)
+    image[batch.camera] = batch.image  # ascending: the last one stays
+    return batch.image.searchsorted(image), batch.image.searchsorted(image, 'right')
