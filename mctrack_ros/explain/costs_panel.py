@@ -6,11 +6,12 @@ from collections.abc import Callable
 
 import numpy as np
 from matplotlib.axes import Axes
+from numpy.typing import NDArray
 
 from mctrack_ros.explain.fates import fate_of
 from mctrack_ros.explain.history import TrackHistory
 from mctrack_ros.explain.words import row_of
-from mctrack_ros.interfaces import Choice
+from mctrack_ros.interfaces import Candidates, Choice
 
 PARTS = {
     'squared_distance': ('distance²', '#4c6a92'),
@@ -33,6 +34,21 @@ def draw_costs(axes: Axes, history: TrackHistory, camera_colour: Callable[[int],
         axes.text(0.0, 0.95, f'No detection was weighed for track {name}.', va='top')
         return
     rows = np.sort(rows[np.argsort(-candidates.probability[rows], kind='stable')][:MOST])
+    left = _draw_bars(axes, candidates, rows)
+    for index, row in enumerate(rows.tolist()):
+        text = f'{candidates.probability[row]:.3f}  {fate_of(candidates, row, history.gate)}'
+        axes.text(left, index - 0.3, text, fontsize=8.5, va='bottom')
+    names = [
+        f'{history.cameras[candidates.camera[row]]} {candidates.detection[row]}' for row in rows
+    ]
+    axes.set_yticks(np.arange(len(rows)), names)
+    for tick, row in zip(axes.get_yticklabels(), rows.tolist()):
+        tick.set(color=camera_colour(int(candidates.camera[row])), fontweight='bold')
+    _describe(axes, len(rows))
+
+
+def _draw_bars(axes: Axes, candidates: Candidates, rows: NDArray[np.intp]) -> float:
+    """Draw the parts of the costs, one bar each of (k,) candidates; return the left end of all."""
     place = np.arange(len(rows))
     low, high = np.zeros(len(rows)), np.zeros(len(rows))
     for part, (label, colour) in PARTS.items():
@@ -43,17 +59,12 @@ def draw_costs(axes: Axes, history: TrackHistory, camera_colour: Callable[[int],
             low, high = low + np.minimum(values, 0.0), high + np.maximum(values, 0.0)
     axes.plot(candidates.cost[rows], place, 'k|', ms=15, mew=2.5, label='sum')
     axes.axvline(0.0, color='black', lw=0.8)
-    left = min(float(low.min()), -1.0)
-    for index, row in enumerate(rows.tolist()):
-        text = f'{candidates.probability[row]:.3f}  {fate_of(candidates, row, history.gate)}'
-        axes.text(left, index - 0.3, text, fontsize=8.5, va='bottom')
-    names = [
-        f'{history.cameras[candidates.camera[row]]} {candidates.detection[row]}' for row in rows
-    ]
-    axes.set_yticks(place, names)
-    for tick, row in zip(axes.get_yticklabels(), rows.tolist()):
-        tick.set(color=camera_colour(int(candidates.camera[row])), fontweight='bold')
-    axes.set_ylim(max(len(rows), 4) - 0.3, -0.8)
+    return min(float(low.min()), -1.0)
+
+
+def _describe(axes: Axes, count: int) -> None:
+    """Name the axis and the panel of so many candidates."""
+    axes.set_ylim(max(count, 4) - 0.3, -0.8)
     axes.set_xlabel("-2 log of the likelihood ratio: the further left, the likelier the track's")
     axes.set_title('Candidates: probability, what became of them, costs', fontsize=10, loc='left')
     axes.spines[['top', 'right']].set_visible(False)

@@ -122,25 +122,31 @@ def stays(zone: Zone, paths: Paths, ticks_ns: Ints) -> Stays:
     """
     paths = paths.ordered()
     is_sure, inside, _ = _looked(Sides(Zones((zone,))), paths)
-    life, stamp_ns, count = paths.life, paths.stamp_ns, len(paths.life)
+    life, stamp_ns = paths.life, paths.stamp_ns
     after = np.searchsorted(ticks_ns, stamp_ns + PAUSE_NS, side='right')
     away_ns = np.append(ticks_ns, NEVER_NS)[after]
-    is_last = np.ones(count, bool)
+    is_last = np.ones(len(life), bool)
     is_last[:-1] = (life[1:] != life[:-1]) | (stamp_ns[1:] > away_ns[:-1])
-    is_first = np.ones(count, bool)
-    is_first[1:] = is_last[:-1]
-    rows = np.arange(count)
-    began = np.maximum.accumulate(np.where(is_first, rows, 0))
-    decided = np.maximum.accumulate(np.where(is_sure, rows, -1))
-    held = (decided >= began) & inside[decided]
-    held_before = np.zeros(count, bool)
-    held_before[1:] = held[:-1] & ~is_first[1:]
+    held, held_before = _held(is_sure, inside, is_last)
     entered = np.flatnonzero(held & ~held_before)
     left = np.flatnonzero((held_before & ~held) | (held & is_last))
     # who is inside at his last row is away from the tick after the pause on
     left_ns = np.where(held[left], away_ns[left], stamp_ns[left])
     order = np.argsort(stamp_ns[entered], kind='stable')
     return Stays(life[entered][order], stamp_ns[entered][order], left_ns[order])
+
+
+def _held(is_sure: Flags, inside: Flags, is_last: Flags) -> tuple[Flags, Flags]:
+    """Return who is inside at each row (n,), as at the last sure one, and at the row before."""
+    is_first = np.ones(len(is_last), bool)
+    is_first[1:] = is_last[:-1]
+    rows = np.arange(len(is_last))
+    began = np.maximum.accumulate(np.where(is_first, rows, 0))
+    decided = np.maximum.accumulate(np.where(is_sure, rows, -1))
+    held = (decided >= began) & inside[decided]
+    before = np.zeros(len(held), bool)
+    before[1:] = held[:-1] & ~is_first[1:]
+    return held, before
 
 
 def _looked(sides: Sides, paths: Paths) -> tuple[Flags, Flags, Floats]:

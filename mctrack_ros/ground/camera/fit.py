@@ -121,12 +121,7 @@ def fit_camera(
     stated_px = np.full(len(ground), click_noise_px)
     starts = _starts(ground, image, image_size) if start is None else [start.moved(-origin)]
     camera = _solved([CameraProblem(each, ground, image, prior, stated_px) for each in starts])
-    residual = _residual(camera, ground, image, image_size)
-    weight = _weights(residual, click_noise_px)
-    weighed_px = click_noise_px / np.sqrt(weight)
-    _, fixed = CameraProblem(camera, ground, image, prior, weighed_px).covariance()
-    noise_px = _noise(residual, weight, click_noise_px, 2 * len(ground) - fixed)
-    weighed_px *= noise_px / click_noise_px
+    weighed_px, noise_px = _weighed(camera, ground, image, prior, click_noise_px)
     camera, _ = CameraProblem(camera, ground, image, prior, weighed_px).solved(is_robust=False)
     found = CameraProblem(camera, ground, image, prior, weighed_px)
     covariance, _ = found.covariance()
@@ -137,6 +132,18 @@ def fit_camera(
     left_out = _left_out(mapping, ground, residual, weighed_px)
     oddity = prior.oddity(found.first)
     return CameraFit(mapping.moved(origin), places, image, residual, left_out, noise_px, oddity)
+
+
+def _weighed(
+    camera: Camera, ground: Floats, image: Floats, prior: LensPrior, click_noise_px: float
+) -> tuple[Floats, float]:
+    """Return the noise of each click (n,), the wild ones', too, and that of a usual one, px."""
+    residual = _residual(camera, ground, image, prior.image_size)
+    weight = _weights(residual, click_noise_px)
+    weighed_px = click_noise_px / np.sqrt(weight)
+    _, fixed = CameraProblem(camera, ground, image, prior, weighed_px).covariance()
+    noise_px = _noise(residual, weight, click_noise_px, 2 * len(ground) - fixed)
+    return weighed_px * (noise_px / click_noise_px), noise_px
 
 
 def _solved(problems: list[CameraProblem]) -> Camera:

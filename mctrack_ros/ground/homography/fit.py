@@ -107,13 +107,18 @@ def fit_homography(ground: Floats, image: Floats, click_noise_px: float) -> Homo
     weight = _weights(misses, WILD * noise_px)
     freedom = max(2 * len(ground) - UNKNOWNS, 1)
     found_px2 = float((weight[:, None] * misses**2).sum()) / freedom
+    covariance = _scatter(matrix, places, weight) * max(found_px2, click_noise_px**2)
+    misfit_px2 = max(found_px2 - click_noise_px**2, 0.0)
+    return HomographyFit(matrix, frame, spread_terms(covariance), misfit_px2, hull_of(image))
+
+
+def _scatter(matrix: Floats, places: Floats, weight: Floats) -> Floats:
+    """Return the (9, 9) covariance of a matrix's entries for clicks of 1 px, weighed (n,)."""
     jacobian = by_entries(matrix, places)[:, :, :UNKNOWNS]
     information = np.einsum('n,nik,nil->kl', weight, jacobian, jacobian)
     covariance = np.zeros((9, 9))
     covariance[:UNKNOWNS, :UNKNOWNS] = np.linalg.pinv(information, hermitian=True)
-    covariance *= max(found_px2, click_noise_px**2)
-    misfit_px2 = max(found_px2 - click_noise_px**2, 0.0)
-    return HomographyFit(matrix, frame, spread_terms(covariance), misfit_px2, hull_of(image))
+    return covariance
 
 
 def _frame(ground: Floats) -> Floats:

@@ -99,18 +99,10 @@ class ProjectiveMapping(GroundMapping):
         _check_regular(homography)
         width, height = image_size
         to_centre = np.array([[1.0, 0, -width / 2], [0, 1.0, -height / 2], [0, 0, 1.0]])
-        first, second = (to_centre @ homography)[:, :2].T
-        found = _focal_length(first, second)
+        found = _focal_length(*(to_centre @ homography)[:, :2].T)
         focal = found or float(max(width, height))
         intrinsics = np.diag([focal, focal, 1.0])
-        rotated = np.linalg.solve(intrinsics, to_centre @ homography)
-        scale = np.sqrt(np.linalg.norm(rotated[:, 0]) * np.linalg.norm(rotated[:, 1]))
-        rotated = rotated / scale
-        camera_height = -np.cross(rotated[:, 0], rotated[:, 1]) @ rotated[:, 2]
-        if camera_height < 0:
-            rotated = -rotated
-        vertical = np.cross(rotated[:, 0], rotated[:, 1])
-        pose = np.column_stack([rotated[:, 0], rotated[:, 1], vertical, rotated[:, 2]])
+        pose = _pose(intrinsics, to_centre @ homography)
         mapping = cls(np.linalg.solve(to_centre, intrinsics @ pose), image_size, fit)
         mapping._pose = 'recovered' if found else 'assumed'
         return mapping
@@ -342,6 +334,18 @@ def _uncertain(
         image[index, 0, 0] += variance
         image[index, 1, 1] += variance
     return image
+
+
+def _pose(intrinsics: Floats, homography: Floats) -> Floats:
+    """Return the (3, 4) pose above the ground of a camera with a homography, both (3, 3)."""
+    rotated = np.linalg.solve(intrinsics, homography)
+    scale = np.sqrt(np.linalg.norm(rotated[:, 0]) * np.linalg.norm(rotated[:, 1]))
+    rotated = rotated / scale
+    camera_height = -np.cross(rotated[:, 0], rotated[:, 1]) @ rotated[:, 2]
+    if camera_height < 0:
+        rotated = -rotated
+    vertical = np.cross(rotated[:, 0], rotated[:, 1])
+    return np.column_stack([rotated[:, 0], rotated[:, 1], vertical, rotated[:, 2]])
 
 
 def _focal_length(first: Floats, second: Floats) -> float | None:

@@ -351,14 +351,17 @@ class _Run:
         there = cloud_fields(recorded)
         if self.number == 1:
             check.began_late = bool(rows_from_cloud(recorded, Tracks).age.max(initial=0.0) > 0)
-        if there == fields:
-            return
-        number = self.number - 1
+        if there != fields:
+            self._note_difference(recorded, message)
+            check.other_ids += there.get('track_id') != fields['track_id']
+
+    def _note_difference(self, recorded: Any, message: Any) -> None:
+        """Keep the first difference of all ticks, and the largest."""
+        check, number = self.check, self.number - 1
         check.first = check.first or first_difference(number, recorded, message)
         most = largest_difference(number, recorded, message)
         if most and (check.largest is None or most.size > check.largest.size):
             check.largest = most
-        check.other_ids += there.get('track_id') != fields['track_id']
 
 
 class _Recorded:
