@@ -46,13 +46,11 @@ FLOATS_1D = types.Array(types.f8, 1, 'C', readonly=True)
 FLOATS_2D = types.Array(types.f8, 2, 'C', readonly=True)
 FLOATS_3D = types.Array(types.f8, 3, 'C', readonly=True)
 """Types of arguments; read-only, as the arrays of messages are."""
-COLUMN_1D = types.Array(types.f8, 1, 'A', readonly=True)
 COLUMN_2D = types.Array(types.f8, 2, 'A', readonly=True)
 COLUMN_3D = types.Array(types.f8, 3, 'A', readonly=True)
 COLUMN_SINGLES_2D = types.Array(types.f4, 2, 'A', readonly=True)
 COLUMN_SINGLES_3D = types.Array(types.f4, 3, 'A', readonly=True)
 COLUMN_IDS = types.Array(types.u4, 1, 'A', readonly=True)
-COLUMN_STAMPS = types.Array(types.i8, 1, 'A', readonly=True)
 COLUMN_BYTES = types.Array(types.u1, 1, 'A', readonly=True)
 COLUMN_FLAGS = types.Array(types.b1, 1, 'A', readonly=True)
 """Types of columns of a table of records."""

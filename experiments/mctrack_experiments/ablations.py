@@ -147,7 +147,8 @@ RULES = {
     ),
     'contacts': Rule('ids are corrected after encounters', {'reid.contact_distance': 0.0}),
     'strange': Rule(
-        'who looks like nobody decides nothing', patches={(reassignment, 'STRANGE'): 1000.0}
+        'who looks like nobody decides nothing',
+        patches={(reassignment, 'OUTLIER_DISTANCE'): 1000.0},
     ),
     'keep': Rule('an id is kept in doubt', patches={(reassignment, 'KEEP'): 0.0}),
     'blind time': Rule(

@@ -68,9 +68,9 @@ def prepare_nodes() -> None:
 
 def _prepare() -> None:
     import mctrack_ros.perception.trackers  # noqa: F401
-    from mctrack_ros.fusion.trackers import SELDOM
+    from mctrack_ros.fusion.trackers import COMPILED_ON_DEMAND
 
-    prepare('mctrack_ros', *SELDOM)
+    prepare('mctrack_ros', *COMPILED_ON_DEMAND)
 
 
 def _help_to_prepare() -> None:

@@ -143,14 +143,14 @@ class CameraClocks:
 
     def __init__(self, config: BatchingConfig, cameras: Sequence[str]) -> None:
         self._stated = config
-        self.keep_pace(1.0)
+        self.set_rate(1.0)
         self._patience_ns = round(config.patience * SECOND_NS)
         self._clocks = {camera: _Clock() for camera in cameras}
         self._now_ns = 0
         self._unsure_since_ns: int | None = None
         self.jump: Jump | None = None
 
-    def keep_pace(self, pace: float) -> None:
+    def set_rate(self, pace: float) -> None:
         """Take notice that time goes so many times too fast: delays seem longer by that."""
         config = self._stated
         self._limit_ns = round(config.time_sync_limit * SECOND_NS * pace)

@@ -9,7 +9,7 @@ from mctrack_ros.fusion.clock_offsets.config import ClocksConfig
 
 MISSED_IMAGES = 2.5
 """A camera from which nothing came for so many of its intervals has lost two images, not one."""
-LOOK_S = 0.25
+CORRELATED_S = 0.25
 """Images of one camera within this time are one observation, s: errors of feet last so long."""
 
 

@@ -43,7 +43,7 @@ class TrackTable(
 
     Parameters
     ----------
-    lumps : (n,) array of bytes
+    raw : (n,) array of bytes
         One record a track, which is copied whole instead of field by field.
     kind : structured dtype
         Of the records, whose fields are the columns.
@@ -57,11 +57,11 @@ class TrackTable(
 
     """
 
-    __slots__ = ('_lumps', '_room', 'fixed', 'records')
+    __slots__ = ('_raw', '_room', 'fixed', 'records')
 
-    def __init__(self, lumps: NDArray[np.void], kind: np.dtype[Any]) -> None:
-        self._room = lumps
-        self._hold(lumps, kind)
+    def __init__(self, raw: NDArray[np.void], kind: np.dtype[Any]) -> None:
+        self._room = raw
+        self._hold(raw, kind)
 
     def __len__(self) -> int:
         """Return the number of tracks."""
@@ -70,12 +70,12 @@ class TrackTable(
     @classmethod
     def blank(cls, count: int, cameras: int, modes: int = 0) -> Self:
         """Return that many tracks of which nothing is known."""
-        lump, kind = _blank(cameras, modes)
-        return cls(lump.repeat(count), kind)
+        raw, kind = _blank(cameras, modes)
+        return cls(raw.repeat(count), kind)
 
     def select(self, index: NDArray[np.bool_] | NDArray[np.integer]) -> Self:
         """Return a copy of the tracks that a mask or an index array picks."""
-        return type(self)(self._lumps[index], self.records.dtype)
+        return type(self)(self._raw[index], self.records.dtype)
 
     def extended(self, other: Self) -> Self:
         """Return these tracks and then the other ones; where either are none, the others."""
@@ -83,24 +83,24 @@ class TrackTable(
             return self
         if not len(self):
             return other
-        return type(self)(np.concatenate([self._lumps, other._lumps]), self.records.dtype)
+        return type(self)(np.concatenate([self._raw, other._raw]), self.records.dtype)
 
     def append(self, other: Self) -> None:
         """Add other tracks behind these; there is room for more than there are."""
         before, count = len(self), len(self) + len(other)
         if count > len(self._room):
-            self._room = np.empty(2 * count, self._lumps.dtype)
-            self._room[:before] = self._lumps
-        self._room[before:count] = other._lumps
+            self._room = np.empty(2 * count, self._raw.dtype)
+            self._room[:before] = self._raw
+        self._room[before:count] = other._raw
         self._hold(self._room[:count], self.records.dtype)
 
     def remove(self, mask: NDArray[np.bool_]) -> Self:
         """Take out the tracks that a mask picks, and return them; those behind move up."""
         rows = mask.nonzero()[0]
-        removed, lumps, first = self.select(rows), self._lumps, int(rows[0])
+        removed, raw, first = self.select(rows), self._raw, int(rows[0])
         for row, last in pairwise([*rows.tolist(), len(self)]):
             count = last - row - 1
-            lumps[first : first + count] = lumps[row + 1 : last]
+            raw[first : first + count] = raw[row + 1 : last]
             first += count
         self._hold(self._room[:first], self.records.dtype)
         return removed
@@ -110,11 +110,11 @@ class TrackTable(
         for stage in STAGES:
             stage.absorb(self, kept, dropped)
 
-    def _hold(self, lumps: NDArray[np.void], kind: np.dtype[Any]) -> None:
+    def _hold(self, raw: NDArray[np.void], kind: np.dtype[Any]) -> None:
         """Let these bytes be the tracks."""
-        self._lumps = lumps
-        self.records: NDArray[Any] = np.ndarray(len(lumps), kind, lumps)
-        self.fixed: NDArray[Any] = np.ndarray(len(lumps), FIXED, lumps, 0, lumps.strides)
+        self._raw = raw
+        self.records: NDArray[Any] = np.ndarray(len(raw), kind, raw)
+        self.fixed: NDArray[Any] = np.ndarray(len(raw), FIXED, raw, 0, raw.strides)
 
 
 def _columns() -> list[Column[Any]]:

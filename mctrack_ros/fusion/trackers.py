@@ -24,9 +24,9 @@ from mctrack_ros.fusion.likelihood_grid.pipeline import LikelihoodGridTracker
 from mctrack_ros.fusion.likelihood_grid.sighting import GridSighting
 from mctrack_ros.fusion.measurements.admission import unusable_count
 from mctrack_ros.fusion.occupancy.config import OccupancyConfig, VehicleConfig
+from mctrack_ros.fusion.occupancy.masked_detections import MaskedDetections
 from mctrack_ros.fusion.occupancy.pipeline import OccupancyTracker
 from mctrack_ros.fusion.occupancy.scene import Scene
-from mctrack_ros.fusion.occupancy.sighting import Sighting
 from mctrack_ros.fusion.occupancy.vehicles import VehicleTracker
 from mctrack_ros.fusion.sensor_bias.camera_bias import CameraBias
 from mctrack_ros.fusion.views import OpenViews, Views
@@ -151,7 +151,7 @@ TRACKERS: dict[str, FusionMethod] = {
         OccupancyConfig,
         _open_occupancy,
         (Detections, Foreground),
-        Sighting,
+        MaskedDetections,
         lambda sighting: 0,
         recorder=DecisionRecorder,
     ),
@@ -159,7 +159,7 @@ TRACKERS: dict[str, FusionMethod] = {
         VehicleConfig,
         VehicleTracker,
         (Detections, Foreground),
-        Sighting,
+        MaskedDetections,
         lambda sighting: unusable_count(sighting.detections),
         recorder=DecisionRecorder,
     ),
@@ -197,7 +197,7 @@ FUSION: OneOf[FusionConfig] = OneOf(
     TRACKERS,
 )
 """The choice of fusion's tracker, with its parameters."""
-SELDOM = (
+COMPILED_ON_DEMAND = (
     'mctrack_ros.fusion.association.solvers.belief',
     'mctrack_ros.fusion.association.solvers.covering_graph',
     'mctrack_ros.fusion.association.solvers.jpda',

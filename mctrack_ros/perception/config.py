@@ -15,7 +15,7 @@ street and the pitch have 0.55 to 0.7 of the usual height."""
 
 
 @dataclass(frozen=True)
-class Sight:
+class DetectionLimits:
     """
     How far a tracker sees people, and how precisely, for who reckons what a camera covers.
 
@@ -59,9 +59,9 @@ class CameraConfig:
     local_tracker: str
 
     @property
-    def sight(self) -> Sight:
+    def limits(self) -> DetectionLimits:
         """How far the tracker sees people, and how precisely."""
-        return Sight()
+        return DetectionLimits()
 
     @property
     def moves(self) -> bool:

@@ -7,11 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.ground import GroundMapping
+from mctrack_ros.ground.plausible import PERSON_M
 from mctrack_ros.interfaces import Foreground
 
 Image = NDArray[np.uint8]
-PERSON_M, PERSON_PX = 1.75, 22.0
-"""Height of a person, m, and the median height of persons in the reduced mask, px."""
+PERSON_PX = 22.0
+"""Median height of persons in the reduced mask, px."""
 NARROWEST_PX = 90
 """Least width of a reduced mask, px."""
 

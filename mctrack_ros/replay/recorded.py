@@ -10,8 +10,17 @@ from typing import Any
 
 from mctrack_ros.config import ConfigError, config_from, of_chosen
 from mctrack_ros.fusion import FUSION, FusionConfig, Joining, fusion_method, joined
-from mctrack_ros.fusion.trackers import TRACKERS, FusionMethod
-from mctrack_ros.interfaces import CameraRows, Events, Message, RowsTick, Stamped, Ticks
+from mctrack_ros.fusion.trackers import FusionMethod
+from mctrack_ros.interfaces import (
+    CameraRows,
+    Detections,
+    Events,
+    Foreground,
+    Message,
+    RowsTick,
+    Stamped,
+    Ticks,
+)
 from mctrack_ros.recording import BagError, BagReader
 from mctrack_ros.replay.camera_source import CameraResult
 from mctrack_ros.replay.lockstep import Batches, in_order
@@ -28,7 +37,7 @@ EARLY_NS = 2_000_000_000
 ALWAYS = (None, None)
 Span = tuple[int | None, int | None]
 """Log times from which and until before which something is read, ns; None: all."""
-Told = tuple[int, str, Mapping[str, Message]]
+CameraInput = tuple[int, str, Mapping[str, Message]]
 """Log time, ns, camera and its messages of an image, by topic."""
 
 
@@ -97,8 +106,7 @@ def recorded_ticks(
 
 def holds_masks(reader: BagReader, camera: str) -> bool:
     """Return whether a bag holds what every tracker takes of a camera: masks, too."""
-    kinds = TRACKERS['occupancy'].messages
-    return all(reader.count(f'/{camera}/{kind.TOPIC}') for kind in kinds)
+    return all(reader.count(f'/{camera}/{kind.TOPIC}') for kind in (Detections, Foreground))
 
 
 def recorded_settings(
@@ -157,7 +165,7 @@ def recorded_runs(reader: BagReader) -> list[tuple[Mapping[str, Any], Span]]:
 
 
 def _judged(
-    messages: Sequence[Told], cameras: tuple[str, ...], config: FusionConfig
+    messages: Sequence[CameraInput], cameras: tuple[str, ...], config: FusionConfig
 ) -> Iterator[RowsTick[Any]]:
     """Yield ticks as the offline runner makes them, from plausible stamps."""
     period_ns, batches = round(config.batching.period * 1e9), Batches(config, cameras)
@@ -180,7 +188,7 @@ def _judged(
 
 def _admitted(
     records: list[Ticks],
-    messages: Sequence[Told],
+    messages: Sequence[CameraInput],
     cameras: tuple[str, ...],
     period_ns: int,
     reader: BagReader,

@@ -10,6 +10,7 @@ from mctrack_ros.fusion import JointConfig, Views
 from mctrack_ros.fusion.occupancy.config import OccupancyConfig, VehicleConfig
 from mctrack_ros.fusion.occupancy.scene import Scene
 from mctrack_ros.ground import CalibrationError
+from mctrack_ros.ground.plausible import PERSON_M
 from mctrack_ros.perception.event_tracker.config import EventTrackerConfig
 from mctrack_ros.site.camera import CameraSettings
 from mctrack_ros.site.site import SiteConfig
@@ -22,7 +23,6 @@ two videos (108 px, .27): .75 instead of .65; hall (110 px, .92), at half a metr
 MOST_DOUBT = 0.1
 """Relative deviation of how high people look, up to which masks tell people: 1 % by the
 homographies of the terrace, above a tenth where a camera looks down by 80 degrees or more."""
-PERSON_M = 1.75  # usual height of a person, at which image heights are told
 
 
 def with_tracker(site: SiteConfig, own_detections: bool = False) -> tuple[SiteConfig, str]:

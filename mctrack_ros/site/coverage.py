@@ -53,11 +53,13 @@ def camera_view(settings: CameraSettings, reach: float = CoverageConfig().reach)
 
     """
     mapping = settings.stated_mapping()
-    sight = settings.pipeline.sight
+    limits = settings.pipeline.limits
     given = read_grid(settings.grid).fov if settings.grid else None
     if given is not None:
         field: Region = polygon_from(given, f'{settings.grid}: the field of view')
     else:
-        least_px = sight.farthest_px(mapping)
-        field = seen_ground(mapping, reach, sight.person_height_m, least_px)
-    return View(field, mapping, sight.foot_noise_px, sight.foot_noise_share, sight.person_height_m)
+        least_px = limits.farthest_px(mapping)
+        field = seen_ground(mapping, reach, limits.person_height_m, least_px)
+    return View(
+        field, mapping, limits.foot_noise_px, limits.foot_noise_share, limits.person_height_m
+    )

@@ -9,6 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 from mctrack_ros.compiled import FLOATS_1D, FLOATS_2D, FLOATS_3D, compiled, inner
 
 Floats = NDArray[np.float64]
+MEDIAN_SQUARED = 2 * np.log(2)
+"""Median of a squared Mahalanobis distance in the plane."""
 _STATES = types.Tuple([types.f8[:, ::1], types.f8[:, :, ::1]])
 
 

@@ -183,9 +183,9 @@ def test_a_single_stamp_of_a_single_camera_is_left_out_and_ends_nothing(offset_s
 def test_stamps_that_are_strange_one_at_a_time_are_left_out_however_many_there_are():
     clocks = CameraClocks(BatchingConfig(), ('cam1',))
     for index in range(20):
-        stamp_ns, is_strange = START_NS + index * 40 * MS, index % 4 == 3
-        verdict = clocks.judge('cam1', stamp_ns + 5 * SECOND_NS * is_strange, stamp_ns + 10 * MS)
-        assert verdict.is_used != is_strange
+        stamp_ns, is_outlier = START_NS + index * 40 * MS, index % 4 == 3
+        verdict = clocks.judge('cam1', stamp_ns + 5 * SECOND_NS * is_outlier, stamp_ns + 10 * MS)
+        assert verdict.is_used != is_outlier
 
 
 def test_all_clocks_that_step_back_together_begin_anew():
@@ -211,7 +211,7 @@ def test_a_stall_of_all_cameras_leaves_nobody_out():
 @pytest.mark.parametrize('pace', [1.0, 8.0])
 def test_a_bag_that_is_played_fast_has_longer_delays_and_no_worse_clocks(pace):
     clocks, added = CameraClocks(BatchingConfig(), ('one', 'two')), set()
-    clocks.keep_pace(pace)
+    clocks.set_rate(pace)
     for index in range(50):
         for camera, delay_s in (('one', 0.005), ('two', 0.015)):
             stamp_ns = START_NS + index * 40 * MS

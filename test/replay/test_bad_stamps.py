@@ -16,7 +16,7 @@ from mctrack_ros.cli.main import app
 from mctrack_ros.codec import cloud_from_rows, rows_from_cloud
 from mctrack_ros.interfaces import REPORTED, Ticks, Tracks
 from mctrack_ros.recording import ROSBAGS_CLASSES, BagReader, BagWriter
-from mctrack_ros.ros.topics.choice import are_pictures, is_private
+from mctrack_ros.ros.topics.choice import are_images, is_private
 
 START_NS = 1_700_000_000 * 10**9
 CAMERAS = ('cam1', 'cam2', 'cam3')
@@ -224,5 +224,5 @@ def test_of_a_private_site_no_picture_is_written(tmp_path):
     assert CliRunner().invoke(app, command).exit_code == 0
     assert not (tmp_path / 'seen').exists()
     with BagReader(tmp_path / 'out' / 'bag') as reader:
-        assert not [kind for kind in reader.topics.values() if are_pictures([kind])]
+        assert not [kind for kind in reader.topics.values() if are_images([kind])]
         assert is_private(next(reader.messages(['/site']))[1].data)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 from mctrack_ros.fusion.clock_offsets.moments import INSTANT_S, INSTANTS, BySet, Moments
+from mctrack_ros.tracking.kalman import MEDIAN_SQUARED
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -22,8 +23,6 @@ FREEDOM = 4.0
 """Degrees of freedom of their t distribution: a wrong sighting counts little."""
 ROUNDS = 4
 """Of weighing and solving."""
-MEDIAN_SQUARED = 2 * np.log(2)
-"""Median of a squared Mahalanobis distance in the plane."""
 LAGS = 2
 """Number of blocks after which the errors of a target are independent."""
 CONFIDENCE = 0.975

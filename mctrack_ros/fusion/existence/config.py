@@ -49,7 +49,7 @@ class ExistenceColumns(Columns):
     shown_by : (n,) uint32 array
         Bits of the cameras whose latest image shows it, alone or in a group.
     pace_s : (n,) array
-        Interval of the camera that detected it last, alone or in a group, s; 0: unknown.
+        Interval of the slowest camera that detected it last, alone or in a group, s; 0: unknown.
 
     """
 

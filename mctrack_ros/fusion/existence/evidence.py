@@ -10,7 +10,7 @@ from numba import types
 from numpy.typing import NDArray
 
 from mctrack_ros.compiled import BOOLS_1D, INTS_1D, compiled, inner
-from mctrack_ros.fusion.config import LOOK_S, MISSED_IMAGES
+from mctrack_ros.fusion.config import CORRELATED_S, MISSED_IMAGES
 from mctrack_ros.fusion.existence.detection_probability import DetectionProbability, expect, learn
 from mctrack_ros.fusion.existence.view_overlap import ViewOverlap
 from mctrack_ros.fusion.joint_tracker.config import JointConfig
@@ -31,7 +31,7 @@ MOST_EVIDENCE = 8.0
 IN_VIEW = 0.5
 """Where a camera sees people more probably, it has a view."""
 
-NOBODY_ELSE = -math.log1p(-IN_VIEW)
+SOLE_VIEW_LOG_ODDS = -math.log1p(-IN_VIEW)
 """If the misses of all other live cameras would say less, hardly any has a view [log-odds]."""
 
 TIMEOUTS = 2.0
@@ -114,14 +114,14 @@ class Evidence:
             coverage.prior,
             self._common.share(),
             seconds,
-            np.minimum(since_s / LOOK_S, 1.0),
+            np.minimum(since_s / CORRELATED_S, 1.0),
             self._interval_s,
             management.hit_evidence,
             MISS_WEIGHT,
             management.confirm_evidence,
         )
         sure = tick_ns - table.first_ns >= SURE_S * 1e9
-        self._common.learn(seen, could, sure, min(seconds, LOOK_S))
+        self._common.learn(seen, could, sure, min(seconds, CORRELATED_S))
         return newly
 
     def _note_intervals(self, cameras: NDArray[np.intp]) -> None:
@@ -199,7 +199,7 @@ def _weighed(
         shown_by[track] = shown
         if slowest_s > 0.0:
             tracks[track]['pace_s'] = slowest_s
-        if count > 1 or (count and others < NOBODY_ELSE):
+        if count > 1 or (count and others < SOLE_VIEW_LOG_ODDS):
             missed[track] = 0.0
         elif kept_ns[track] > begin_ns:  # by one of many cameras, or a group: he may not be back
             missed[track] = max(missed[track] - back * hit, 0.0)
@@ -255,10 +255,10 @@ def _counted(
         probability,
         shares,
         interval_s,
-        min(seconds / LOOK_S, 1.0),
+        min(seconds / CORRELATED_S, 1.0),
         hit,
         miss_weight,
         enough,
     )
-    learn(mean, confirmed, is_seen, is_reported, min(seconds, LOOK_S), known, cell)
+    learn(mean, confirmed, is_seen, is_reported, min(seconds, CORRELATED_S), known, cell)
     return newly, is_seen, is_reported

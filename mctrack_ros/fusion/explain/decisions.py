@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.joint_tracker.output import ground_points, status_of
-from mctrack_ros.fusion.management.lifecycle import is_published, silence
+from mctrack_ros.fusion.management.lifecycle import is_published, patience, silence
 from mctrack_ros.fusion.reid.reassignment import Reassignment
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import Decisions, Reason, TrackStatus
@@ -37,7 +37,7 @@ def decisions_of(
     reset_ids : (k,) uint32 array
         Ended because time stepped back.
     recognition : Reassignment
-        Portraits, and who was found again.
+        Galleries, and who was found again.
     stamp_ns : int
         Of the tick, ns.
     config : JointConfig
@@ -60,12 +60,12 @@ def decisions_of(
     over = _Verdicts(ended, stamp_ns)
     _judge_ended(over, joined, reset_ids, config)
     called = dict(zip(table.previous_id[renamed].tolist(), table.track_id[renamed].tolist()))
-    reported, ends_told = is_published(table, stamp_ns, config), np.ones(len(ended), np.bool_)
+    reported, all_ended = is_published(table, stamp_ns, config), np.ones(len(ended), np.bool_)
     both = Decisions.joined(
         stamp_ns,
         [
             living.rows(predicted, stamp_ns, reported),
-            over.rows(predicted, stamp_ns, ends_told, TrackStatus.DELETED),
+            over.rows(predicted, stamp_ns, all_ended, TrackStatus.DELETED),
         ],
     )
     return both.select(np.argsort(both.track_id, kind='stable')), called
@@ -121,11 +121,16 @@ class _Verdicts:
             other_id=self.other_id,
             group=table.group,
             cameras=table.cameras,
-            status=status_of(table) if status is None else np.full(count, status),
+            status=_status_of(table) if status is None else np.full(count, status),
             reason=self.reason,
             missed=table.missed,
             is_published=reported,
         )
+
+
+def _status_of(table: TrackTable) -> list[int]:
+    living = zip(table.confirmed.tolist(), table.cameras.tolist(), table.group.tolist())
+    return [status_of(*each) for each in living]
 
 
 def _known(
@@ -145,8 +150,8 @@ def _joined(table: TrackTable, ended: TrackTable, reset_ids: NDArray[np.uint32])
 
 def _judge_living(verdicts: _Verdicts, predicted: TrackTable, config: JointConfig) -> None:
     """Say of each track whether it is seen, hidden or coasts, whether it is new or confirmed."""
-    table, management = verdicts.table, config.management
-    verdicts.limit[:] = np.where(table.confirmed, management.coast_time, management.tentative_time)
+    table, confirm_evidence = verdicts.table, config.management.confirm_evidence
+    verdicts.limit[:] = patience(table, config)
     known, row = _known(verdicts.former_id(), predicted)
     supported, begun = np.zeros(len(table), bool), np.ones(len(table), bool)
     supported[known] = table.kept_ns[known] > predicted.kept_ns[row]
@@ -155,10 +160,8 @@ def _judge_living(verdicts: _Verdicts, predicted: TrackTable, config: JointConfi
     confirmed[known] &= ~predicted.confirmed[row]
     verdicts.say(supported, Reason.HIDDEN, np.nan, np.nan)
     verdicts.say(table.cameras > 0, Reason.SEEN, np.nan, np.nan)
-    verdicts.say(begun, Reason.BEGAN, table.evidence[begun], management.confirm_evidence)
-    verdicts.say(
-        confirmed, Reason.CONFIRMED, table.evidence[confirmed], management.confirm_evidence
-    )
+    verdicts.say(begun, Reason.BEGAN, table.evidence[begun], confirm_evidence)
+    verdicts.say(confirmed, Reason.CONFIRMED, table.evidence[confirmed], confirm_evidence)
     verdicts.other_id[begun | confirmed] = table.origin[begun | confirmed]
 
 
@@ -187,10 +190,9 @@ def _judge_ended(
     config: JointConfig,
 ) -> None:
     """Say why each track ended."""
-    table, management = verdicts.table, config.management
-    limit = np.where(table.confirmed, management.coast_time, management.tentative_time)
-    limit = np.maximum(limit, 1.5 * config.batching.period)
-    verdicts.say(np.ones(len(table), bool), Reason.SILENT, verdicts.value, limit)
+    table = verdicts.table
+    every = np.ones(len(table), bool)
+    verdicts.say(every, Reason.SILENT, verdicts.value, patience(table, config))
     unseen = table.confirmed & (table.evidence < 0)
     verdicts.say(unseen, Reason.UNSEEN, table.evidence[unseen], 0.0)
     merged = np.isin(table.track_id, list(joined))

@@ -100,13 +100,16 @@ def _columns(
     return _written(tracks, rows, ended, place, stamp_ns)
 
 
-@inner
-def _status(is_confirmed: bool, cameras: int, group: int) -> int:
+def status_of(is_confirmed: bool, cameras: int, group: int) -> int:
+    """Return the `TrackStatus` of a living track, by the cameras that see it and its group."""
     if not is_confirmed:
         return TrackStatus.TENTATIVE.value
     if cameras:
         return TrackStatus.CONFIRMED.value
     return TrackStatus.GROUPED.value if group else TrackStatus.COASTING.value
+
+
+_status = inner(status_of)
 
 
 @compiled(
@@ -149,14 +152,6 @@ def _written(
         position, velocity, covariance, extent, age, score, track_id, group, cameras,
         member_count, status, class_id, kit,
     )  # fmt: skip
-
-
-def status_of(table: TrackTable) -> NDArray[np.uint8]:
-    """Return the `TrackStatus` of tracks at a tick."""
-    status = np.where(table.group > 0, TrackStatus.GROUPED, TrackStatus.COASTING)
-    status[table.cameras > 0] = TrackStatus.CONFIRMED
-    status[~table.confirmed] = TrackStatus.TENTATIVE
-    return status.astype(np.uint8)
 
 
 def feedback_of(table: TrackTable, stamp_ns: int) -> Feedback:

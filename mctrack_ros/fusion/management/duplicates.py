@@ -14,7 +14,7 @@ from mctrack_ros.fusion.table import TRACKS, TrackTable
 
 MERGE_S = 1.7
 """Time that two tracks are in one place before they are one, s: by 24 development crowds."""
-TOLD_LOSS = 5.0
+BOTH_SEEN_LOSS = 5.0
 """An image that shows both takes away what so many others in one place add."""
 ENDING = 0.5
 """Where either would end, so much of the time is enough: the other has taken all its support."""
@@ -135,7 +135,7 @@ def _close(
         apart = np.hypot(mean[second, 0] - mean[first, 0], mean[second, 1] - mean[first, 1])
         gain[pair] = seconds * (1.0 - apart / distance)
         if reported[pair]:
-            gain[pair] = -TOLD_LOSS * seconds
+            gain[pair] = -BOTH_SEEN_LOSS * seconds
     left = np.flatnonzero(close)
     first, second = one[left], other[left]
     return first, second, gain[left], reported[left], (group[first] | group[second]) != 0

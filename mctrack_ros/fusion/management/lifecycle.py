@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numba import types
 from numpy.typing import NDArray
 
-from mctrack_ros.compiled import compiled
 from mctrack_ros.fusion.config import MISSED_IMAGES
 from mctrack_ros.fusion.joint_tracker.config import JointConfig
-from mctrack_ros.fusion.table import TRACKS, TrackTable
+from mctrack_ros.fusion.table import TrackTable
 
 GONE_EVIDENCE = 5.0
 """What no camera sees, where they usually do see who is there, is published no longer from these
@@ -27,36 +23,26 @@ def silence(table: TrackTable, stamp_ns: int) -> NDArray[np.float64]:
     return (stamp_ns - table.kept_ns) / 1e9
 
 
-def is_over(table: TrackTable, stamp_ns: int, config: JointConfig) -> Mask:
+def patience(table: TrackTable, config: JointConfig) -> NDArray[np.float64]:
     """
-    Return the mask of the tracks that end now.
+    Return for how long, (n,) s, nothing may support each track before it ends.
 
-    A confirmed track ends when nothing has supported it for `coast_time`, or when its log-odds
-    fall below 0; a tentative one after `tentative_time`.
-
-    One whom a slow camera saw last waits for its next images: a confirmed one for two, a
-    tentative one while the latest shows it.
+    A confirmed track waits `coast_time`, a tentative one `tentative_time`. One whom a slow camera
+    saw last waits for its next images: a confirmed one for two, a tentative one while the latest
+    shows it.
     """
     management, least = config.management, 1.5 * config.batching.period
-    tentative_s, confirmed_s = (
-        max(management.tentative_time, least),
-        max(management.coast_time, least),
-    )
-    return _is_over(table.fixed, stamp_ns, tentative_s, confirmed_s)
+    awaited_s = np.maximum(max(management.coast_time, least), MISSED_IMAGES * table.pace_s)
+    tentative_s = max(management.tentative_time, least)
+    is_shown = table.shown_by != 0
+    unsure_s = np.where(is_shown, np.maximum(tentative_s, awaited_s), tentative_s)
+    return np.where(table.confirmed, awaited_s, unsure_s)
 
 
-@compiled(types.b1[::1](TRACKS, types.i8, types.f8, types.f8))
-def _is_over(tracks: Any, stamp_ns: int, tentative_s: float, confirmed_s: float) -> Mask:
-    over = np.empty(len(tracks), np.bool_)
-    for row in range(len(tracks)):
-        silent_s = (stamp_ns - tracks[row]['kept_ns']) / 1e9
-        patience_s = max(confirmed_s, MISSED_IMAGES * tracks[row]['pace_s'])
-        if tracks[row]['confirmed']:
-            over[row] = silent_s > patience_s or tracks[row]['evidence'] < 0
-        else:
-            is_awaited = tracks[row]['shown_by'] != 0 and silent_s <= patience_s
-            over[row] = silent_s > tentative_s and not is_awaited
-    return over
+def is_over(table: TrackTable, stamp_ns: int, config: JointConfig) -> Mask:
+    """Return the mask of the tracks that end now: without support or, confirmed, evidence."""
+    has_gone = table.confirmed & (table.evidence < 0)
+    return (silence(table, stamp_ns) > patience(table, config)) | has_gone
 
 
 def is_expected(table: TrackTable, stamp_ns: int, config: JointConfig) -> Mask:

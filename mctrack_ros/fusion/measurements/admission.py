@@ -27,7 +27,7 @@ Mask = NDArray[np.bool_]
 NO_IMAGE = [Detections.build(0)]
 MOST_DETECTIONS = 1000
 """More than this in one image are not detections: those of the highest score are used."""
-TOLD = attrgetter(
+READ_COLUMNS = attrgetter(
     'position', 'covariance', 'template', 'box', 'extent', 'local_id', 'member_count', 'class_id'
 )  # fmt: skip
 """What is read of every image."""
@@ -51,7 +51,7 @@ ROW = np.dtype(
 )
 ROWS = types.Array(from_dtype(ROW), 1, 'C')
 """Records of what is admitted, for numpy and for numba."""
-_TOLD = types.Tuple(
+_READ_TYPES = types.Tuple(
     [COLUMN_SINGLES_2D, COLUMN_SINGLES_3D, types.Array(types.f4, 2, 'C', readonly=True)]
     + [COLUMN_SINGLES_2D] * 2
     + [COLUMN_IDS]
@@ -148,7 +148,7 @@ def _taken(
     """Return the records of some images, and how many of them can be used."""
     rows, usable, first = np.empty(sum(counts), ROW), 0, 0
     for image, (each, count, camera, more) in enumerate(zip(images, counts, cameras, variance)):
-        usable += _take(TOLD(each), each.stamp_ns, image, camera, more, rows, first)
+        usable += _take(READ_COLUMNS(each), each.stamp_ns, image, camera, more, rows, first)
         first += count
     return rows, usable
 
@@ -170,7 +170,7 @@ def _is_filled(template: NDArray[np.float32], row: int) -> bool:
     return filled > 0
 
 
-@compiled(types.i8(_TOLD, types.i8, types.i8, types.i8, types.f8, ROWS, types.i8))
+@compiled(types.i8(_READ_TYPES, types.i8, types.i8, types.i8, types.f8, ROWS, types.i8))
 def _take(
     reported: tuple[Any, ...], stamp_ns: int, image: int, camera: int, variance: float,
     all_rows: Any, first: int,

@@ -21,7 +21,7 @@ from mctrack_ros.fusion.measurements.packed import OF_XX, OF_XY, OF_YY, X, Y, in
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-TOLD = 13
+INFORMATION_SIZE = 13
 """Number of values that a tick measures of a track, see `gathered`."""
 
 
@@ -164,7 +164,7 @@ def gathered(
         what it pulls the four components of the state by, from the mean.
 
     """
-    reported, count, first = np.zeros((len(mean), TOLD)), len(track), 0
+    reported, count, first = np.zeros((len(mean), INFORMATION_SIZE)), len(track), 0
     while first < count:
         last = first + 1
         while last < count and track[last] == track[first] and image[last] == image[first]:

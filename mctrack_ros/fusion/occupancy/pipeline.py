@@ -12,9 +12,9 @@ from mctrack_ros.config import ConfigError
 from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.joint_tracker.output import FusionOutput
 from mctrack_ros.fusion.joint_tracker.pipeline import JointTracker
+from mctrack_ros.fusion.occupancy.masked_detections import MaskedDetections
 from mctrack_ros.fusion.occupancy.masks import Masks, prior_of
 from mctrack_ros.fusion.occupancy.scene import Scene
-from mctrack_ros.fusion.occupancy.sighting import Sighting
 from mctrack_ros.fusion.occupancy.solver import Occupancy
 from mctrack_ros.fusion.occupancy.vehicle_scene import VehicleScene
 from mctrack_ros.interfaces import CameraRows, Detections, Feedback, RowsTick, Tracks
@@ -96,7 +96,7 @@ class OccupancyTracker:
         self._joint.next_id = next_id
 
     def step(
-        self, tick: RowsTick[Sighting], recorder: DecisionRecorder | None = None
+        self, tick: RowsTick[MaskedDetections], recorder: DecisionRecorder | None = None
     ) -> FusionOutput:
         """
         Process one tick; see `JointTracker.step`.
@@ -121,7 +121,7 @@ class OccupancyTracker:
         """Return the feedback after the last tick: a prediction of every target."""
         return self._joint.feedback()
 
-    def _detections(self, people: Occupancy, tick: RowsTick[Sighting]) -> Detections:
+    def _detections(self, people: Occupancy, tick: RowsTick[MaskedDetections]) -> Detections:
         """Return people as detections of all cameras together, with the colours that these saw."""
         count = len(people.cell)
         place = np.column_stack([people.mean, np.zeros(count)])

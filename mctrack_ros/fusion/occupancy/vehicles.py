@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from mctrack_ros.fusion.joint_tracker.output import FusionOutput
 from mctrack_ros.fusion.joint_tracker.pipeline import JointTracker
 from mctrack_ros.fusion.occupancy.config import VehicleConfig
+from mctrack_ros.fusion.occupancy.masked_detections import MaskedDetections
 from mctrack_ros.fusion.occupancy.pipeline import OccupancyTracker
-from mctrack_ros.fusion.occupancy.sighting import Sighting
 from mctrack_ros.fusion.occupancy.vehicle_scene import VehicleScene
 from mctrack_ros.fusion.sensor_bias.camera_bias import CameraBias
 from mctrack_ros.fusion.views import OpenViews
@@ -95,7 +95,7 @@ class VehicleTracker:
         self._people.next_id = self._vehicles.next_id = next_id
 
     def step(
-        self, tick: RowsTick[Sighting], recorder: DecisionRecorder | None = None
+        self, tick: RowsTick[MaskedDetections], recorder: DecisionRecorder | None = None
     ) -> FusionOutput:
         """Process one tick; see `JointTracker.step`. The recorder is told of people alone."""
         small = tuple(replace(each, rows=_reduced(each.rows)) for each in tick.messages)
@@ -138,16 +138,16 @@ class VehicleTracker:
         return detections.select(~(inside | _are_parts(detections.box, covered)))
 
 
-def _reduced(sighting: Sighting) -> Sighting:
-    """Return a sighting with a mask of `MASK_PX` columns at most, of about the same foreground."""
-    foreground = sighting.foreground
+def _reduced(both: MaskedDetections) -> MaskedDetections:
+    """Return both with a mask of `MASK_PX` columns at most, of about the same foreground."""
+    foreground = both.foreground
     times = max(1, round(foreground.mask.shape[1] / MASK_PX))
     if times == 1:
-        return sighting
+        return both
     height, width = (max(1, side // times) for side in foreground.mask.shape)
     mask = cv2.resize(foreground.mask, (width, height), interpolation=cv2.INTER_AREA)
     mask = np.asarray(mask > 127, np.uint8) * np.uint8(255)
-    return Sighting(sighting.detections, Foreground(foreground.stamp_ns, mask))
+    return MaskedDetections(both.detections, Foreground(foreground.stamp_ns, mask))
 
 
 def _are_parts(box: NDArray[np.float32], covered: NDArray[np.uint8]) -> NDArray[np.bool_]:

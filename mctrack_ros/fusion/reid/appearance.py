@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.spatial.distance import cdist
 
 from mctrack_ros.compiled import FLOATS_1D, INTS_1D, compiled
-from mctrack_ros.fusion.config import LOOK_S
+from mctrack_ros.fusion.config import CORRELATED_S
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.interfaces import TEMPLATE_SIZE
@@ -31,7 +31,7 @@ RIDGE = 0.3
 """Share of it that every bin varies by whatever is learned."""
 
 SURE_S = 2.0
-"""Portraits of less than so long tell nothing of how much targets vary, s."""
+"""Galleries of less than so long tell nothing of how much targets vary, s."""
 
 TEMPLATE_S = 8.0
 """Time constant of a template, s: it follows the light, not single images."""
@@ -101,7 +101,7 @@ def collect(table: TrackTable, batch: Batch, rows: Indices, columns: Indices) ->
     since_s = (batch.stamp_ns[columns] - table.seen_by_ns[rows, batch.camera[columns]]) / 1e9
     _mix_in(table.template, rows, template, np.minimum(since_s / TEMPLATE_S, MOST_AT_ONCE))
     alone = ~table.in_contact[rows] & template.any(axis=1)
-    rows, seconds = rows[alone], np.minimum(since_s[alone], LOOK_S)
+    rows, seconds = rows[alone], np.minimum(since_s[alone], CORRELATED_S)
     root = np.sqrt(np.maximum(template[alone], 0.0))
     np.add.at(table.sample, rows, seconds[:, None] * root)
     np.add.at(table.sample_s, rows, seconds)

@@ -12,7 +12,7 @@ from mctrack_ros.tracking.appearance import squared_hellinger
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-MOST_KITS = 255
+MOST_CLUSTERS = 255
 """A kit is one byte, and 0 is unknown."""
 
 DIFFERENCE = 0.2
@@ -22,7 +22,7 @@ tuning matches of the pitch."""
 LEAST_AGE_S = 1.0
 """Age from which a track has a kit, s."""
 
-KIT_S = 10.0
+CLUSTER_S = 10.0
 """Time constant of a kit, s."""
 
 STEP_S = 0.5
@@ -82,7 +82,7 @@ class ClothingClusters:
     def _found(self, template: Floats) -> None:
         """Found kits until nobody is too far from all."""
         far = squared_hellinger(template, self._centre).min(axis=1, initial=1.0)
-        while far.max() > DIFFERENCE and len(self._centre) < MOST_KITS:
+        while far.max() > DIFFERENCE and len(self._centre) < MOST_CLUSTERS:
             centre = template[[far.argmax()]]
             self._centre = np.vstack([self._centre, centre])
             self._number = np.append(self._number, np.uint8(0))
@@ -93,7 +93,7 @@ class ClothingClusters:
         """Move kits towards the mean of those who wear them; forget what was not proven."""
         nearest = squared_hellinger(template, self._centre).argmin(axis=1)
         worn = np.unique(nearest)
-        self._worn_s[worn] = np.minimum(self._worn_s[worn] + seconds, KIT_S)
+        self._worn_s[worn] = np.minimum(self._worn_s[worn] + seconds, CLUSTER_S)
         for index in worn.tolist():
             new = self._worn_s[index] < PROVEN_S
             rate = 1.0 if new else min(seconds / self._worn_s[index], 1.0)
@@ -103,7 +103,7 @@ class ClothingClusters:
         kept[worn] = True
         self._keep(kept)
         for index in np.flatnonzero((self._number == 0) & (self._worn_s >= PROVEN_S)).tolist():
-            if self._last < MOST_KITS:
+            if self._last < MOST_CLUSTERS:
                 self._last += 1
                 self._number[index] = self._last
 

@@ -46,11 +46,11 @@ class IdHypotheses:
             if not gone.isdisjoint(may_be):
                 self._of[other] = may_be - gone
 
-    def circle(self, seed: int, present: Iterable[int]) -> list[int]:
+    def connected(self, seed: int, present: Iterable[int]) -> list[int]:
         """Return those present, ascending, who may be one another by way of others, with one."""
-        circle, names, rest = {seed}, set(self.of(seed)), set(present) - {seed}
+        connected, names, rest = {seed}, set(self.of(seed)), set(present) - {seed}
         while joined := {one for one in rest if not names.isdisjoint(self.of(one))}:
-            circle |= joined
+            connected |= joined
             rest -= joined
             names.update(*(self.of(one) for one in joined))
-        return sorted(circle)
+        return sorted(connected)

@@ -29,7 +29,7 @@ SAMPLE_S, LONGEST_SAMPLE_S = 0.5, 5.0
 """Time alone, of all cameras together, after which a sample is compared; and after which an id is
 kept though several fit, s: with the next, chosen on the tuning matches of the pitch."""
 
-STRANGE = 4.0
+OUTLIER_DISTANCE = 4.0
 """How far the colours of two people usually differ, in variances of one person's."""
 
 KEEP = 0.15
@@ -167,23 +167,23 @@ class Reassignment:
             if len(self._hypotheses.of(name)) == 1:
                 self.model.learn(table, row_of[name])
             elif name not in judged:
-                circle = self._hypotheses.circle(name, present)
-                judged.update(circle)
-                rows = np.array([row_of[one] for one in circle], np.intp)
+                connected = self._hypotheses.connected(name, present)
+                judged.update(connected)
+                rows = np.array([row_of[one] for one in connected], np.intp)
                 changes |= self._assigned(table, rows, stamp_ns)
         return changes
 
     def _assigned(self, table: TrackTable, rows: Indices, stamp_ns: int) -> dict[int, int]:
         """Assign the ids of those who may be one another; return those that change."""
-        circle, sample_s = table.track_id[rows].tolist(), table.sample_s[rows]
-        may_be = [self._hypotheses.of(one) for one in circle]
+        connected, sample_s = table.track_id[rows].tolist(), table.sample_s[rows]
+        may_be = [self._hypotheses.of(one) for one in connected]
         targets = self._targets(table, sorted(frozenset().union(*may_be)))
-        cost, is_strange = self._costs(table, rows, targets, may_be)
+        cost, is_outlier = self._costs(table, rows, targets, may_be)
         taken, margin = assigned(cost)
-        margin[is_strange] = 0.0
-        self.certainty |= dict(zip(circle, expit(margin).tolist()))
+        margin[is_outlier] = 0.0
+        self.certainty |= dict(zip(connected, expit(margin).tolist()))
         is_sure = (margin > 0.0) | (sample_s >= LONGEST_SAMPLE_S)
-        changes = dict(zip(circle, targets.track_id[taken].tolist()))
+        changes = dict(zip(connected, targets.track_id[taken].tolist()))
         self._settle(changes, may_be, is_sure & (sample_s >= SAMPLE_S))
         self._exchange(table, rows, targets.select(taken), stamp_ns)
         return {old: new for old, new in changes.items() if old != new}
@@ -226,12 +226,12 @@ class Reassignment:
         allowed = np.array([np.isin(names, list(may)) for may in may_be])
         is_own = table.track_id[rows, None] == names
         apart = self.model.distances(samples(table, rows), targets.gallery)
-        apart[:, unknown] = STRANGE
-        is_strange = np.where(allowed, apart, np.inf).min(axis=1) >= STRANGE
+        apart[:, unknown] = OUTLIER_DISTANCE
+        is_outlier = np.where(allowed, apart, np.inf).min(axis=1) >= OUTLIER_DISTANCE
         apart[is_own & unknown] = NEW
-        tells = ~is_strange & (table.sample_s[rows] >= SAMPLE_S) & self.model.is_trained
-        cost = tells[:, None] * np.log1p(apart) - KEEP * is_own
-        return np.where(allowed, cost, IMPOSSIBLE), is_strange
+        is_informative = ~is_outlier & (table.sample_s[rows] >= SAMPLE_S) & self.model.is_trained
+        cost = is_informative[:, None] * np.log1p(apart) - KEEP * is_own
+        return np.where(allowed, cost, IMPOSSIBLE), is_outlier
 
     def _replace(self, names: dict[int, int]) -> None:
         """Let those who were called one thing be called another, all at once."""

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.sensor_bias.comparisons import MOST_TRACKS, REACH_M, compare
 from mctrack_ros.fusion.table import TrackTable
+from mctrack_ros.tracking.kalman import MEDIAN_SQUARED
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -24,8 +25,6 @@ SURE = 3.0
 """Standard deviations by which a bias must stand out of chance."""
 STILL_SURE = 1.0
 """As many for one that is known: no camera is doubted and believed by turns."""
-MEDIAN_SQUARED = 2 * np.log(2)
-"""Median of a squared Mahalanobis distance in the plane."""
 NORMAL_MAD = 1.4826
 """Standard deviation over the median absolute deviation, of a normal distribution."""
 MEDIAN_LOSS = np.sqrt(np.pi / 2)

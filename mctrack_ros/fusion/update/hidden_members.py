@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.fusion.association.gating import distances
-from mctrack_ros.fusion.config import LOOK_S
+from mctrack_ros.fusion.config import CORRELATED_S
 from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.models import Motion
@@ -31,7 +31,7 @@ GROUP_INFLATION = 100.0
 """How much less a merged detection says about one of its members, image after image: factor
 of its covariance. He keeps his place in the group, and is not drawn to its middle."""
 
-COMPANY_DENSITY = 0.5
+GROUP_VELOCITY_DENSITY = 0.5
 """How loosely a hidden member moves with those who are seen: power spectral density of what his
 velocity differs from theirs by, m²/s."""
 
@@ -86,7 +86,7 @@ def _keep(
     """
     seconds, stamp_ns = batch.seconds[batch.image[group]], batch.stamp_ns[group]
     hidden_ns = table.hidden_ns[:, batch.camera[group]]
-    since_s = np.minimum((stamp_ns - hidden_ns[members]) / 1e9, LOOK_S)
+    since_s = np.minimum((stamp_ns - hidden_ns[members]) / 1e9, CORRELATED_S)
     place = table.mean[members, :2] + seconds * table.mean[members, 2:]
     _correct(table, members, batch.position[group] - place, noise, position_matrix(seconds))
     table.kept_ns[members] = np.maximum(table.kept_ns[members], stamp_ns)
@@ -98,7 +98,7 @@ def _keep(
         return
     if seen.any():
         velocity = table.mean[seen, 2:].sum(axis=0) / seen.sum()
-        spread = (COMPANY_DENSITY / since_s[unseen])[:, None, None] * np.eye(2)
+        spread = (GROUP_VELOCITY_DENSITY / since_s[unseen])[:, None, None] * np.eye(2)
         _correct(table, alone, velocity - table.mean[alone, 2:], spread, VELOCITY)
     if whole.sum() > 1:
         table.group[alone], table.group_ns[alone] = table.track_id[whole].min(), stamp_ns

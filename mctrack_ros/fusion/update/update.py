@@ -25,9 +25,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
-Templates = NDArray[np.float32]
 Stamps = NDArray[np.int64]
-TEMPLATES = types.Array(types.f4, 2, 'C', readonly=True)
 
 MOST_AT_ONCE = 0.5
 """Share of a track's size that one detection is at most."""

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.perception.background.objects import DARK_LEVEL
 from mctrack_ros.perception.camera_shift.phase_correlation import (
     Floats32,
     coarse_shifts,
@@ -20,7 +21,6 @@ LEAST_LIKENESS = 0.5
 Whom 300 images of each of four terrace cameras show makes it .30 at most, lamp and turn .7."""
 LEAST_SHARE = 0.03  # of the image, beside people
 LOCAL_PX = 31  # over which light is about the same
-DARK_LEVEL = 14.0
 
 
 def scene_after(image: Image, model: Image, changed: Image, people: Image) -> Image | None:

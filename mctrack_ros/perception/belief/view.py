@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from mctrack_ros.ground import GroundMapping
+from mctrack_ros.ground.plausible import PERSON_M
 from mctrack_ros.interfaces import Belief
 from mctrack_ros.interfaces.belief import HIDDEN
 from mctrack_ros.perception.belief.config import BeliefCameraConfig
@@ -21,8 +22,6 @@ Image = NDArray[np.uint8]
 Floats = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-PERSON_M = 1.75
-"""Height at which the image height of people is measured."""
 FOOT_PX, FOOT_SHARE = 0.7, 0.025
 """Standard deviation of a foot, px, and its part that grows with the height in the image."""
 ACCELERATION = 2.0

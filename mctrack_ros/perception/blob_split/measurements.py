@@ -19,7 +19,7 @@ Ints = NDArray[np.int64]
 Booleans = NDArray[np.bool_]
 LEAST_VISIBLE = 0.15
 """Share of a body that must be seen to measure it; by trial on simulated matches, as the next."""
-LEAST_PROVEN = 0.35
+LEAST_OWN_SHARE = 0.35
 """Least share of a body that is foreground which no older track explains."""
 
 
@@ -43,7 +43,7 @@ class Observations(NamedTuple):
         Covariance of the foot point, px².
     visible : (n,) float64 array
         Share of the body that is seen.
-    proven : (n,) float64 array
+    own_share : (n,) float64 array
         Share of the body that is foreground which no older track explains.
     template : (n, 48) float64 array
         Colours of what is seen of it.
@@ -61,7 +61,7 @@ class Observations(NamedTuple):
     position: Floats
     noise: Floats
     visible: Floats
-    proven: Floats
+    own_share: Floats
     template: Floats
     fitted: Booleans
     depth: Floats
@@ -143,7 +143,7 @@ def gathered(
     track = np.full(len(body_blob), NEW)
     track[bodies.is_known] = rows
     hidden = singles.single[body_blob] & (track != singles.best[body_blob])
-    proven = np.where(hidden, 0.0, bodies.proven)
+    own_share = np.where(hidden, 0.0, bodies.own_share)
     whole, count = np.ones(len(alone)), len(alone) + len(body_blob)
     blob = np.concatenate([alone, body_blob])
     order = blob.argsort(kind='stable')
@@ -156,7 +156,7 @@ def gathered(
         nowhere,
         np.zeros((count, 2, 2)),
         np.concatenate([whole, bodies.visible])[order],
-        np.concatenate([whole, proven])[order],
+        np.concatenate([whole, own_share])[order],
         np.concatenate([template[alone], bodies.template])[order],
         order >= len(alone),
         np.zeros((count, 2)),

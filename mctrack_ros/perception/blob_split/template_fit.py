@@ -100,7 +100,7 @@ def _place_in(
     bottom: Floats, precision: Floats, height_m: Floats, template: Floats, usual_m: float,
     balance: Floats,
 ) -> tuple[Floats, Floats, Floats, Floats]:  # fmt: skip
-    """Place the persons of one blob: boxes, visible and proven shares, colours."""
+    """Place the persons of one blob: boxes, visible and own_share shares, colours."""
     canvas = cell_grid_of(image, mask, box, scale, sizes, usual_m, width_m, CELLS)
     known, most = len(bottom), len(bottom) + MOST_NEW
     height = np.full(most, usual_m)
@@ -116,10 +116,10 @@ def _place_in(
     count = _place_new(canvas, values[known], cover, tops, known, row, column)
     oldest_first = np.arange(count)
     front_first = lowest_first(row[:count])
-    proven = explained(canvas, tops, row, column, oldest_first)
+    own_share = explained(canvas, tops, row, column, oldest_first)
     visible = explained(canvas, tops, row, column, front_first)
     colours = templates_of(image, mask, canvas, balance, tops, row, column, front_first)
-    return boxes_of(canvas, row[:count], column[:count], height), visible, proven, colours
+    return boxes_of(canvas, row[:count], column[:count], height), visible, own_share, colours
 
 
 @inner
@@ -173,7 +173,7 @@ def place(
     most = len(members.blob) + len(blob) * MOST_NEW
     blob_of, is_known = np.empty(most, np.int64), np.zeros(most, np.bool_)
     box, colours = np.empty((most, 4)), np.empty((most, members.template.shape[1]))
-    visible, proven = np.empty(most), np.empty(most)
+    visible, own_share = np.empty(most), np.empty(most)
     first = done = 0
     for index in range(len(blob)):
         begin, first = first, first + count[index]
@@ -186,13 +186,13 @@ def place(
         for row in range(done, end):
             body = row - done
             blob_of[row], is_known[row] = index, body < count[index]
-            visible[row], proven[row] = seen[body], explains[body]
+            visible[row], own_share[row] = seen[body], explains[body]
             for side in range(4):
                 box[row, side] = boxes[body, side]
             for bin in range(colours.shape[1]):
                 colours[row, bin] = reported[body, bin]
         done = end
     return Bodies(
-        blob_of[:done], is_known[:done], box[:done], visible[:done], proven[:done],
+        blob_of[:done], is_known[:done], box[:done], visible[:done], own_share[:done],
         colours[:done],
     )  # fmt: skip

@@ -52,7 +52,7 @@ class Bodies(NamedTuple):
         Left, top, width, height, px.
     visible : (n,) float64 array
         Share of the body that is foreground and not behind another body.
-    proven : (n,) float64 array
+    own_share : (n,) float64 array
         Share of the body that is foreground which no member before it in the order explains.
     template : (n, 48) float64 array
         Colours of what is seen of it past those nearer to the camera; zero where nothing is.
@@ -63,7 +63,7 @@ class Bodies(NamedTuple):
     is_known: NDArray[np.bool_]
     box: Floats
     visible: Floats
-    proven: Floats
+    own_share: Floats
     template: Floats
 
 

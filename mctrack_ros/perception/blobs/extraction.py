@@ -14,7 +14,7 @@ from mctrack_ros.config import parameter
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.perception.blobs.connected_components import component_boxes
 from mctrack_ros.perception.blobs.fragments import from_left_to_right, joined, trimmed
-from mctrack_ros.perception.blobs.morphology import opened
+from mctrack_ros.perception.blobs.morphology import check_kernels, opened
 from mctrack_ros.perception.geometry.person_size import SizeTable
 
 Booleans = NDArray[np.bool_]
@@ -56,10 +56,8 @@ class BlobConfig:
     )
 
     def __post_init__(self) -> None:
-        """Refuse kernels that would shift what they clean."""
-        for name in ('opening_px', 'closing_px'):
-            if getattr(self, name) % 2 == 0:
-                raise ValueError(f'{name} is {getattr(self, name)}, expected an odd number')
+        """Refuse even kernels."""
+        check_kernels(opening_px=self.opening_px, closing_px=self.closing_px)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

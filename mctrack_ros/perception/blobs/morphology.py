@@ -12,6 +12,13 @@ from mctrack_ros.perception.blobs.connected_components import Runs, runs_of
 Bytes = NDArray[np.uint8]
 
 
+def check_kernels(**sizes: int) -> None:
+    """Refuse kernels that would shift what they clean; by name, px."""
+    for name, size in sizes.items():
+        if size % 2 == 0:
+            raise ValueError(f'{name} is {size}, expected an odd number')
+
+
 @inner
 def _hang_legs(cleaned: Bytes, found: Runs, difference: Bytes, clear: float) -> None:
     """Add what was found and differs clearly below what is there, row by row, also aslant."""

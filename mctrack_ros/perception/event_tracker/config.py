@@ -9,7 +9,7 @@ from mctrack_ros.perception.background.model import BackgroundConfig
 from mctrack_ros.perception.background.shadows import ShadowConfig
 from mctrack_ros.perception.blobs.extraction import BlobConfig
 from mctrack_ros.perception.camera_shift.monitor import CameraShiftConfig
-from mctrack_ros.perception.config import CameraConfig, Sight
+from mctrack_ros.perception.config import CameraConfig, DetectionLimits
 from mctrack_ros.perception.events.groups import GroupConfig
 from mctrack_ros.perception.local_tracks.association import MatchingConfig
 from mctrack_ros.perception.local_tracks.classification import ClassConfig
@@ -61,9 +61,9 @@ class EventTrackerConfig(CameraConfig):
     camera_shift: CameraShiftConfig = field(default_factory=CameraShiftConfig)
 
     @property
-    def sight(self) -> Sight:
+    def limits(self) -> DetectionLimits:
         """How far the tracker sees people, and how precisely."""
-        return Sight(
+        return DetectionLimits(
             self.blobs.person_height_m,
             self.blobs.farthest_height_px,
             self.filter.foot_noise_px,

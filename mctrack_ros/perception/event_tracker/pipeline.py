@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.ground import GroundMapping
+from mctrack_ros.ground.plausible import PERSON_M
 from mctrack_ros.interfaces import Detections, Feedback, Foreground, Message
 from mctrack_ros.perception.background.objects import marked, objects_in
 from mctrack_ros.perception.background.scene import Scene
@@ -17,7 +18,7 @@ from mctrack_ros.perception.blobs.frame import Frame
 from mctrack_ros.perception.camera_shift.monitor import ShiftState
 from mctrack_ros.perception.event_tracker.config import EventTrackerConfig
 from mctrack_ros.perception.event_tracker.tracker import LocalTracker
-from mctrack_ros.perception.foreground import PERSON_M, Reduction
+from mctrack_ros.perception.foreground import Reduction
 from mctrack_ros.perception.front_end import Arrival, FrontEnd
 from mctrack_ros.perception.geometry.person_size import SizeTable
 from mctrack_ros.perception.output import CameraOutput, check_image
@@ -57,7 +58,7 @@ class EventTracker:
         mask: Image | None = None,
         background: Image | None = None,
     ) -> None:
-        least_px = config.sight.farthest_px(mapping)
+        least_px = config.limits.farthest_px(mapping)
         config = replace(config, blobs=replace(config.blobs, farthest_height_px=least_px))
         self._config, self._mapping = config, mapping
         self._front = FrontEnd(mapping, config.camera_shift, mask)

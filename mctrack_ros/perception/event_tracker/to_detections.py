@@ -26,11 +26,11 @@ def confirmed_tracks(seen: Observations, tracks: LocalTracks, stamp_ns: int) -> 
     index = np.flatnonzero(tracks.confirmed)
     row = row_of[index]
     is_seen = row >= 0
-    box, proven = np.zeros((len(index), 4)), np.zeros(len(index))
-    box[is_seen], proven[is_seen] = seen.box[row[is_seen]], seen.proven[row[is_seen]]
+    box, own_share = np.zeros((len(index), 4)), np.zeros(len(index))
+    box[is_seen], own_share[is_seen] = seen.box[row[is_seen]], seen.own_share[row[is_seen]]
     age_s = np.asarray((stamp_ns - tracks.first_ns[index]) * 1e-9)
     local_id, place = tracks.local_id[index], tracks.mean[index, :2]
-    return ConfirmedTracks(local_id, place, box, is_seen, proven, age_s)
+    return ConfirmedTracks(local_id, place, box, is_seen, own_share, age_s)
 
 
 def reported_persons(

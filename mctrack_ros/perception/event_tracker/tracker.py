@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from mctrack_ros.ground import GroundMapping
 from mctrack_ros.interfaces import Detections, Events, Feedback
 from mctrack_ros.perception.blob_split.measurements import (
-    LEAST_PROVEN,
+    LEAST_OWN_SHARE,
     LEAST_VISIBLE,
     Observations,
 )
@@ -28,7 +28,7 @@ from mctrack_ros.perception.local_tracks.deletion import lost_tracks
 from mctrack_ros.perception.local_tracks.initiate_from_feedback import begin_hidden, hidden_members
 from mctrack_ros.perception.local_tracks.observer import Observer
 from mctrack_ros.perception.local_tracks.table import ROUND, LocalTracks, Prediction
-from mctrack_ros.perception.local_tracks.update import Pace, learn
+from mctrack_ros.perception.local_tracks.update import LearningRates, learn
 from mctrack_ros.perception.local_tracks.vehicles import Vehicles
 from mctrack_ros.tracking.appearance import colour_templates
 
@@ -112,9 +112,8 @@ class LocalTracker:
         blobs = self._vehicles.whole(blobs, feedback, stamp_ns)  # pieces of one are one
         predicted = self._predict(stamp_ns, log)  # local tracks to the image
         seen = self._associate(blobs, frame, predicted)  # blobs split among those expected
-        sure = confirmed_tracks(
-            seen, self.tracks, stamp_ns
-        )  # who is in view, and who touches whom
+        sure = confirmed_tracks(seen, self.tracks, stamp_ns)  # who is in view
+        # who touches whom, who merged and who split
         part = self._events.group(sure, blobs.box, frame, feedback, stamp_ns, log)
         self._update(seen, predicted, blobs, stamp_ns)  # filters, colours, sizes
         seen = self._start(seen, blobs, stamp_ns)  # tracks of blobs that nobody explains
@@ -158,7 +157,7 @@ class LocalTracker:
         tracks = self.tracks
         self._vehicles.classify(tracks, seen, blobs, seconds)
         tracks.confirmed |= stamp_ns - tracks.first_ns >= round(self._config.confirm_s * 1e9)
-        return seen.select((seen.visible >= LEAST_VISIBLE) & (seen.proven >= LEAST_PROVEN))
+        return seen.select((seen.visible >= LEAST_VISIBLE) & (seen.own_share >= LEAST_OWN_SHARE))
 
     def _identify(
         self, blobs: Blobs, part: Ints, feedback: Feedback | None, stamp_ns: int, log: EventLog
@@ -202,7 +201,7 @@ class LocalTracker:
     ) -> None:
         """Correct the tracks with what is seen of them (E6); learn from who is alone."""
         tracks, seconds = self.tracks, predicted.seconds
-        pace = Pace(
+        pace = LearningRates(
             float(1 - np.exp(-seconds / SIZE_TIME_S)),
             float(1 - np.exp(-seconds / COLOURS_TIME_S)),
         )

@@ -113,12 +113,12 @@ class FeedbackBuffer(RowsBuffer[Feedback]):
 
     def __init__(self, period_ns: int, delay_ns: int) -> None:
         super().__init__(period_ns, delay_ns)
-        self._untold: dict[int, dict[int, int]] = {}
+        self._pending_corrections: dict[int, dict[int, int]] = {}
 
     def push(self, feedback: Feedback) -> int:
         """Store feedback; return how many rows are left out, because no target can be so."""
         given, feedback = len(feedback), feedback.select(is_sound(feedback))
-        self._untold[feedback.stamp_ns // self._period_ns] = feedback.corrections()
+        self._pending_corrections[feedback.stamp_ns // self._period_ns] = feedback.corrections()
         return given - len(feedback) + super().push(feedback)
 
     def _with_changes(self, feedback: Feedback, tick: int) -> Feedback:
@@ -128,13 +128,13 @@ class FeedbackBuffer(RowsBuffer[Feedback]):
 
     def _forget(self, tick: int) -> None:
         super()._forget(tick)
-        self._untold.pop(tick, None)
+        self._pending_corrections.pop(tick, None)
 
     def _take_corrections(self, last: int) -> dict[int, int]:
         """Return what ids were before corrections not yet given, up to a tick; forget these."""
         origin: dict[int, int] = {}
-        for tick in sorted(tick for tick in self._untold if tick <= last):
-            changed = self._untold.pop(tick)
+        for tick in sorted(tick for tick in self._pending_corrections if tick <= last):
+            changed = self._pending_corrections.pop(tick)
             known = {new: old for new, old in origin.items() if new not in changed}
             origin = known | {new: origin.get(old, old) for old, new in changed.items()}
         return {new: old for new, old in origin.items() if new != old}

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.compiled import BOOLS_1D, FLOATS_2D, FLOATS_3D, INTS_1D, compiled
 from mctrack_ros.perception.blob_split.measurements import (
-    LEAST_PROVEN,
+    LEAST_OWN_SHARE,
     LEAST_VISIBLE,
     OBSERVATIONS,
     Observations,
@@ -26,7 +26,7 @@ _TIMES = types.i8[::1]
 _TABLE = types.f8[:, ::1]
 
 
-class Pace(NamedTuple):
+class LearningRates(NamedTuple):
     """
     How fast it is learned.
 
@@ -43,12 +43,12 @@ class Pace(NamedTuple):
 
 @compiled(
     types.i8[::1](
-        OBSERVATIONS, BOOLS_1D, types.i8, FLOATS_3D, types.NamedUniTuple(types.f8, 2, Pace),
-        _TIMES, _TIMES, _TABLE, _TABLE,
+        OBSERVATIONS, BOOLS_1D, types.i8, FLOATS_3D,
+        types.NamedUniTuple(types.f8, 2, LearningRates), _TIMES, _TIMES, _TABLE, _TABLE,
     )
 )  # fmt: skip
 def learn(
-    seen: Observations, truncated: Booleans, stamp_ns: int, sizes: Floats, pace: Pace,
+    seen: Observations, truncated: Booleans, stamp_ns: int, sizes: Floats, pace: LearningRates,
     seen_ns: Ints, clear_ns: Ints, extent: Floats, template: Floats,
 ) -> Ints:  # fmt: skip
     """
@@ -64,7 +64,7 @@ def learn(
         Time of the image, ns.
     sizes : (r, c, 4) array
         The camera's `SizeTable.table`.
-    pace : Pace
+    pace : LearningRates
         How fast it is learned.
     seen_ns, clear_ns : (t,) int64 arrays
         Last time that each track was seen, and that it was to be sure, ns; changed in place.
@@ -82,7 +82,7 @@ def learn(
         if track == NEW:
             continue
         seen_ns[track] = stamp_ns
-        if seen.proven[row] >= LEAST_PROVEN:
+        if seen.own_share[row] >= LEAST_OWN_SHARE:
             clear_ns[track] = stamp_ns
         if not seen.fitted[row] or seen.visible[row] >= LEAST_VISIBLE:
             measured[row] = track

@@ -57,7 +57,7 @@ class Vehicles:
         sizes: SizeTable,
         mapping: GroundMapping,
     ) -> None:
-        self._config, self._come, self._blobs = config, come, blobs
+        self._config, self._may_come, self._blobs = config, come, blobs
         self._usual = np.array([blobs.person_width_m, blobs.person_height_m])
         self._sizes, self._mapping = sizes, mapping
         self._votes = ClassVotes()
@@ -78,7 +78,7 @@ class Vehicles:
             Time of the image, ns.
 
         """
-        if not self._come or feedback is None or not len(blobs):
+        if not self._may_come or feedback is None or not len(blobs):
             return blobs
         expected = self._expected(feedback, stamp_ns)
         share = overlap(blobs.box, expected) / blobs.box[:, 2:].prod(axis=1)[:, None]
@@ -115,7 +115,7 @@ class Vehicles:
 
         """
         height = np.zeros(len(blobs))
-        if not self._come:
+        if not self._may_come:
             return height
         inside = (blob_of >= 0).nonzero()[0]
         speed = np.full(len(blobs), -1.0)
@@ -136,7 +136,7 @@ class Vehicles:
 
         Who turns out to be a person stands at his feet again; what is cut off shows neither.
         """
-        if not self._come:
+        if not self._may_come:
             return
         chosen = np.flatnonzero(rows & ~seen.fitted & ~blobs.truncated[seen.blob])
         track = seen.track[chosen]
@@ -149,7 +149,7 @@ class Vehicles:
         self, tracks: LocalTracks, seen: Observations, blobs: Blobs, seconds: float
     ) -> None:
         """Let the tracks that are seen as a whole, and alone, say what they are by their size."""
-        if not self._come:
+        if not self._may_come:
             tracks.class_id[:] = ClassCode.PERSON
             return
         shown = ~(seen.fitted | blobs.truncated[seen.blob])

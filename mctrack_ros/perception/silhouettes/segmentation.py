@@ -19,7 +19,7 @@ from mctrack_ros.perception.silhouettes.objects import ObjectList
 from mctrack_ros.perception.silhouettes.reference_update.absorption import Absorption
 from mctrack_ros.perception.silhouettes.reference_update.holes import patched, without_still_holes
 from mctrack_ros.perception.silhouettes.reference_update.stationary_false_foreground import (
-    without_stains,
+    without_false_foreground,
 )
 
 Image = NDArray[np.uint8]
@@ -67,7 +67,7 @@ class Segmentation:
             background = self._smoothed(background)
         self._scene = Scene(own.background(), own.shadows(), mapping, 1.0, mask, background)
         self._nobody = np.zeros(mapping.image_size[::-1], np.uint8)
-        self._rest = Absorption(config.absorption)
+        self._absorption = Absorption(config.absorption)
 
     @property
     def background(self) -> Background:
@@ -76,7 +76,7 @@ class Segmentation:
 
     def restart(self) -> None:
         """Forget what was inserted into the background."""
-        self._rest.restart()
+        self._absorption.restart()
 
     def begin_anew(self) -> None:
         """Forget the background, as the images are of another time."""
@@ -106,7 +106,7 @@ class Segmentation:
         apart, least = background.difference, background.threshold
         kept = np.asarray(cv2.threshold(apart, least, 255, cv2.THRESH_BINARY)[1], np.uint8)
         background.learn(smooth, kept, self._nobody, self._nobody, stamp_ns)
-        self._rest.watch(background, smooth, mask, stamp_ns)
+        self._absorption.watch(background, smooth, mask, stamp_ns)
         return Subtracted(smooth, mask)
 
     def silhouettes(
@@ -114,9 +114,9 @@ class Segmentation:
     ) -> Silhouettes:
         """Return the silhouettes of an image; a few times a second, mend the background."""
         (image, mask), config = foreground, self._config
-        background, still = self.background, self._rest.still
+        background, still = self.background, self._absorption.still
         grey = np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), np.uint8)
-        if not self._rest.looked:
+        if not self._absorption.looked:
             return find_silhouettes(mask, grey, config.components)
         mask = without_still_holes(
             mask, grey, image, still, background, config.components, config.holes
@@ -125,7 +125,7 @@ class Segmentation:
         if config.components.learn_specks:
             _learn_specks(image, np.where(found.labels == 0, mask, np.uint8(0)), background)
         found = patched(found, image, background, config.holes)
-        return without_stains(
+        return without_false_foreground(
             found, still, objects, sizes, image, background, config.stationary_false_foreground
         )
 
@@ -138,7 +138,7 @@ class Segmentation:
     ) -> NDArray[np.bool_]:
         """Put what has come to rest into the background; tell which objects, (n,), that are."""
         image, mask = foreground
-        return self._rest.insert_resting(
+        return self._absorption.insert_resting(
             objects, self.background, image, mask, silhouettes.labels, stamp_ns
         )
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-_RESTART_S = 1.0
-"""Times that step back by more begin anew; by less, the image is no new one."""
+from mctrack_ros.interfaces import RESTART_NS
+
 _GAP_S, _GAP_PERIODS = 1.0, 10
 
 
@@ -50,7 +50,7 @@ class ImageTimes:
         else:
             time_s = stated_s + self._shift_s
         if last_s is not None:
-            if time_s < last_s - _RESTART_S:
+            if time_s < last_s - RESTART_NS / 1e9:
                 time_s = self._begin_anew(time_s, last_s)
             elif time_s <= last_s:
                 self._unordered += 1

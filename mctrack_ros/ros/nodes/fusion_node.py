@@ -46,7 +46,7 @@ from mctrack_ros.fusion import (
 from mctrack_ros.fusion.camera_clocks import Jump
 from mctrack_ros.fusion.clock_offsets.clock_offsets import ClockOffsets
 from mctrack_ros.fusion.occupancy.masks import Unusable
-from mctrack_ros.fusion.trackers import SELDOM
+from mctrack_ros.fusion.trackers import COMPILED_ON_DEMAND
 from mctrack_ros.interfaces import (
     MAX_CAMERAS,
     Detections,
@@ -175,7 +175,7 @@ class FusionNode(GraphNode):
             )
         for camera in cameras:
             check_camera_name(camera)
-        compile_loops('mctrack_ros.fusion', *SELDOM)
+        compile_loops('mctrack_ros.fusion', *COMPILED_ON_DEMAND)
         self.open_batcher()
         self.open_tracker()
         compile_loops(type(self.tracker).__module__.rpartition('.')[0])
@@ -467,7 +467,7 @@ class FusionNode(GraphNode):
         self.paced_ns = now_ns, steady_ns
         if began_ns:
             pace = max((now_ns - begin_ns) / (steady_ns - began_ns), 1.0)
-            self.batcher.clocks.keep_pace(pace)
+            self.batcher.clocks.set_rate(pace)
 
     def note_clock(self, camera: str) -> None:
         """Log when a camera is left out because of its clock, and when it is back."""

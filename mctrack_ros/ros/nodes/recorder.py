@@ -29,7 +29,7 @@ from mctrack_ros.ros.topics.choice import (
     EXPLANATIONS,
     SITE_TYPE,
     TopicChoice,
-    are_pictures,
+    are_images,
     is_private,
 )
 from mctrack_ros.ros.topics.definitions import definition_of
@@ -240,7 +240,7 @@ class Recorder(GraphNode):
         for topic, kinds in topics:
             if topic in self.left_out or not self.topics.takes(topic, kinds):
                 continue
-            if are_pictures(kinds) and self.withholds(topic):
+            if are_images(kinds) and self.withholds(topic):
                 continue
             source, count = self.sources.get(topic), self.count_publishers(topic)
             if count == 1 and topic == DIAGNOSTICS:
@@ -262,7 +262,7 @@ class Recorder(GraphNode):
         if not self.private and is_private(message.data):
             self.private = True
             for source in list(self.sources.values()):
-                if are_pictures([source.kind]):
+                if are_images([source.kind]):
                     self.withholds(source.topic)
 
     def withholds(self, topic: str) -> bool:

@@ -13,7 +13,7 @@ from mctrack_ros.input_size import SITE
 EXPLANATIONS = '.*/explanation/(candidates|decisions)'
 """Where the fusion node says why, while somebody listens."""
 SITE_TYPE = 'std_msgs/msg/String'
-_PICTURES = re.compile(r'/\w*(Image|Video|Packet)\w*$')
+_IMAGES = re.compile(r'/\w*(Image|Video|Packet)\w*$')
 """Image, CompressedImage, DisparityImage, CompressedVideo, the packets of video transports."""
 
 
@@ -105,9 +105,9 @@ def pattern(text: str) -> re.Pattern[str]:
         raise ConfigError(f'{text!r} is not a regular expression: {error}') from error
 
 
-def are_pictures(kinds: Sequence[str]) -> bool:
-    """Tell whether messages of one of some types are pictures, by the types' names."""
-    return any(_PICTURES.search(kind) for kind in kinds)
+def are_images(kinds: Sequence[str]) -> bool:
+    """Tell whether messages of one of some types are images, by the types' names."""
+    return any(_IMAGES.search(kind) for kind in kinds)
 
 
 def is_private(description: str) -> bool:

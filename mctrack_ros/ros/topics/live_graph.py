@@ -68,7 +68,7 @@ class Status:
 
 
 @dataclass(frozen=True, slots=True)
-class Picture:
+class CameraImage:
     """
     An image of a camera.
 
@@ -110,7 +110,7 @@ class Listener(Protocol):
         """Take a message of `/diagnostics`."""
         ...
 
-    def received_image(self, picture: Picture) -> None:
+    def received_image(self, image: CameraImage) -> None:
         """Take an image of a camera that is shown."""
         ...
 
@@ -276,7 +276,7 @@ class LiveGraph:
             data = _compressed(image)
         except CodecError:
             return
-        self._listener.received_image(Picture(camera, stamp_ns, data, found))
+        self._listener.received_image(CameraImage(camera, stamp_ns, data, found))
 
 
 def _compressed(message: Any) -> bytes:

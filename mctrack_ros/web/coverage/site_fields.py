@@ -40,13 +40,13 @@ def site_fields(site: SiteConfig, config: CoverageConfig, area: str = '') -> Fie
     drawn: dict[str, Corners] = {}
     views: dict[str, View] = {}
     for name, settings in site.cameras.items():
-        view, sight = camera_view(settings, config.reach), settings.pipeline.sight
+        view, limits = camera_view(settings, config.reach), settings.pipeline.limits
         fov = read_grid(settings.grid).fov if settings.grid else None
         if fov is not None:
             drawn[name] = tuple((x, y) for x, y in fov.tolist())
             mapping = settings.stated_mapping()
-            least_px = sight.farthest_px(mapping)
-            field = seen_ground(mapping, config.reach, sight.person_height_m, least_px)
+            least_px = limits.farthest_px(mapping)
+            field = seen_ground(mapping, config.reach, limits.person_height_m, least_px)
             view = replace(view, field=field)
         views[name] = view
     text = area or site.area

@@ -25,7 +25,7 @@ from mctrack_ros.web.live.site_zones import SiteZones
 from mctrack_ros.zones.shapes import Zones
 
 if TYPE_CHECKING:
-    from mctrack_ros.ros.topics.live_graph import LiveGraph, Picture, Status
+    from mctrack_ros.ros.topics.live_graph import CameraImage, LiveGraph, Status
 
 MOST_BROWSERS = 16
 """Windows at a time."""
@@ -136,11 +136,11 @@ class LiveMap:
         """Take a message of `/diagnostics`, in the graph's thread."""
         self._soon(self._health.hear, statuses, time.monotonic())
 
-    def received_image(self, picture: Picture) -> None:
+    def received_image(self, image: CameraImage) -> None:
         """Take an image of a camera, in the graph's thread."""
-        number = self._names.index(picture.camera)
-        message = image_message(number, picture.stamp_ns, picture.data, picture.detections)
-        self._soon(self._offer_image, picture.camera, message)
+        number = self._names.index(image.camera)
+        message = image_message(number, image.stamp_ns, image.data, image.detections)
+        self._soon(self._offer_image, image.camera, message)
 
     def _soon(self, call: Callable[..., None], *arguments: Any) -> None:
         """Call something in the loop's thread."""

@@ -5,7 +5,7 @@ import pytest
 
 from fusion_scenes import detections
 from mctrack_ros.fusion import JointConfig
-from mctrack_ros.fusion.config import LOOK_S
+from mctrack_ros.fusion.config import CORRELATED_S
 from mctrack_ros.fusion.existence.evidence import MISS_WEIGHT, MOST_EVIDENCE, Evidence
 from mctrack_ros.fusion.management.config import ManagementConfig
 from mctrack_ros.fusion.measurements.batch import Batch
@@ -14,7 +14,7 @@ from mctrack_ros.fusion.table import TrackTable
 LIFE = ManagementConfig(hit_evidence=2.0)
 CONFIG = JointConfig(management=LIFE)
 SECONDS = 0.1
-SHARE = SECONDS / LOOK_S
+SHARE = SECONDS / CORRELATED_S
 HIT, MISS = SHARE * LIFE.hit_evidence, -SHARE * np.log(1 - LIFE.coverage_prior)
 """What one camera adds and takes away in a tick, where nothing is known of the place yet."""
 CAMERAS = 4

@@ -14,7 +14,7 @@ def test_one_may_be_whomever_those_may_be_that_he_meets():
     hypotheses.meet(2, 3)
     assert hypotheses.of(3) == hypotheses.of(2) == {1, 2, 3}
     assert hypotheses.of(1) == {1, 2}
-    assert hypotheses.circle(1, [1, 2, 3, 4]) == [1, 2, 3]
+    assert hypotheses.connected(1, [1, 2, 3, 4]) == [1, 2, 3]
 
 
 def test_who_ended_may_still_be_another_and_who_is_erased_may_not():
@@ -32,7 +32,7 @@ def test_those_who_settled_are_in_no_circle_but_their_own():
     hypotheses.meet(1, 2)
     hypotheses.settle(1, ())
     hypotheses.settle(2, ())
-    assert hypotheses.circle(1, [1, 2]) == [1]
+    assert hypotheses.connected(1, [1, 2]) == [1]
 
 
 def test_who_turned_out_to_be_another_is_nobodys_name_any_more():

@@ -5,13 +5,13 @@ import pytest
 
 from fusion_scenes import detections
 from mctrack_ros.fusion import JointConfig
-from mctrack_ros.fusion.config import LOOK_S
+from mctrack_ros.fusion.config import CORRELATED_S
 from mctrack_ros.fusion.measurements.batch import Batch
 from mctrack_ros.fusion.motion.models import motion_of
 from mctrack_ros.fusion.table import TrackTable
 from mctrack_ros.fusion.update.hidden_members import (
-    COMPANY_DENSITY,
     GROUP_INFLATION,
+    GROUP_VELOCITY_DENSITY,
     HIDDEN_S,
     keep_members,
 )
@@ -107,7 +107,7 @@ def test_a_hidden_one_is_hardly_drawn_to_the_middle_and_goes_on_as_the_others_do
         before.mean, before.covariance, innovation, GROUP_INFLATION * batch.noise, matrix
     )
     pull = [1.5, 0.5] - state[0][:, 2:]
-    spread = COMPANY_DENSITY / min(last_s, LOOK_S) * np.eye(2)
+    spread = GROUP_VELOCITY_DENSITY / min(last_s, CORRELATED_S) * np.eye(2)
     mean, covariance = update(*state, pull, spread[None], VELOCITY)
     np.testing.assert_allclose(table.mean[2:], mean, atol=1e-9)
     np.testing.assert_allclose(table.covariance[2:], covariance, atol=1e-9)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from mctrack_ros.perception.blob_split.measurements import LEAST_PROVEN
+from mctrack_ros.perception.blob_split.measurements import LEAST_OWN_SHARE
 from mctrack_ros.perception.blob_split.split import partition
 from mctrack_ros.perception.blob_split.types import Members
 from mctrack_ros.perception.blobs.frame import Frame
@@ -82,8 +82,8 @@ def test_who_stands_behind_is_seen_in_part(mapping):
 def test_the_second_of_two_tracks_on_one_person_proves_nothing(mapping):
     crowd = Crowd(mapping, [((0.0, 0.0), RED)])
     bodies = crowd.split(np.add(crowd.bottom, [[0.0, 0.0], [1.0, 1.0]]))
-    assert bodies.proven[0] > 0.8
-    assert bodies.proven[1] < LEAST_PROVEN
+    assert bodies.own_share[0] > 0.8
+    assert bodies.own_share[1] < LEAST_OWN_SHARE
 
 
 @pytest.mark.parametrize('order', [(0, 1), (1, 0)])

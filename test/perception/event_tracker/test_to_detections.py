@@ -102,5 +102,5 @@ def test_believed_tracks_are_sighted_whether_seen_or_not(tracks_of):
     )
     tracks = confirmed_tracks(person(), tracks, SECOND_NS)
     assert (tracks.local_id.tolist(), tracks.seen.tolist()) == ([5, 6], [False, True])
-    assert (tracks.position.tolist(), tracks.proven.tolist()) == ([[1, 2], [3, 4]], [0, 1])
+    assert (tracks.position.tolist(), tracks.own_share.tolist()) == ([[1, 2], [3, 4]], [0, 1])
     assert (tracks.box[1].tolist(), tracks.age_s.tolist()) == ([10, 20, 4, 10], [1, 1])

@@ -18,7 +18,7 @@ from mctrack_ros.interfaces import Detections, EventCode, Events, Feedback
 from mctrack_ros.resources import config_file
 from mctrack_ros.ros.node import silence
 from mctrack_ros.ros.nodes.camera_node import CameraNode
-from mctrack_ros.ros.topics.choice import are_pictures
+from mctrack_ros.ros.topics.choice import are_images
 from mctrack_ros.ros.topics.messages import RCLPY_CLASSES
 from walker import PERIOD_NS, SIZE, camera_parameters, walker_message
 
@@ -247,7 +247,7 @@ def test_nobody_gets_a_picture_from_a_private_camera(bench, projection, private)
     camera.show(range(2))
     bench.heard('/cam1/foreground/compressed')
     offered = dict(bench.observer.get_topic_names_and_types())
-    pictures = {topic for topic, kinds in offered.items() if are_pictures(kinds)}
+    pictures = {topic for topic, kinds in offered.items() if are_images(kinds)}
     kept = {'/cam1/image_raw/compressed', '/cam1/foreground/compressed'}
     assert pictures - kept == (set() if private else {'/cam1/debug_image'})
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from mctrack_ros.compiled import BYTES_2D, compiled
 from mctrack_ros.config import parameter
 from mctrack_ros.perception.blobs.connected_components import labels_of, runs_of
+from mctrack_ros.perception.blobs.morphology import check_kernels
 from mctrack_ros.perception.silhouettes.features import (
     AREA,
     BINS,
@@ -44,10 +45,8 @@ class ComponentConfig:
     )
 
     def __post_init__(self) -> None:
-        """Refuse kernels that would shift what they clean."""
-        for name in ('opening_px', 'closing_px'):
-            if getattr(self, name) % 2 == 0:
-                raise ValueError(f'{name} is {getattr(self, name)}, expected an odd number')
+        """Refuse even kernels."""
+        check_kernels(opening_px=self.opening_px, closing_px=self.closing_px)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

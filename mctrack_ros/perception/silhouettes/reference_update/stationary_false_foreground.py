@@ -23,7 +23,7 @@ from mctrack_ros.perception.silhouettes.reference_update.stationarity import Sec
 
 @dataclass(frozen=True)
 class FalseForegroundConfig:
-    """Parameters of `without_stains`."""
+    """Parameters of `without_false_foreground`."""
 
     still_s: float = parameter(
         1.0,
@@ -45,7 +45,7 @@ class FalseForegroundConfig:
     )
 
 
-def without_stains(
+def without_false_foreground(
     silhouettes: Silhouettes,
     still: Stationarity,
     objects: ObjectList,
@@ -83,13 +83,13 @@ def without_stains(
     if config.still_s == 0.0 or not len(shapes) or background.model is None:
         return silhouettes
     old = _old_pixels(silhouettes.labels, still.seconds, shapes.box, config.still_s)
-    stain = (old >= config.still_share * shapes.area) & (old > 0)
-    if not stain.any():
+    is_false = (old >= config.still_share * shapes.area) & (old > 0)
+    if not is_false.any():
         return silhouettes
     box = objects.box[_may_rest(objects, sizes, config)]
     share = overlap(shapes.box, box) / shapes.box[:, 2:].prod(axis=1)[:, None]
-    stain &= (share < config.claim_share).all(axis=1)
-    rows = np.flatnonzero(stain).tolist()
+    is_false &= (share < config.claim_share).all(axis=1)
+    rows = np.flatnonzero(is_false).tolist()
     for row in rows:
         window = window_of(shapes.box[row])
         own = silhouettes.labels[window] == row + 1

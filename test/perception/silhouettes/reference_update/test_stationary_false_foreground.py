@@ -12,7 +12,7 @@ from mctrack_ros.perception.silhouettes.objects import ObjectConfig, ObjectList
 from mctrack_ros.perception.silhouettes.reference_update.stationarity import Stationarity
 from mctrack_ros.perception.silhouettes.reference_update.stationary_false_foreground import (
     FalseForegroundConfig,
-    without_stains,
+    without_false_foreground,
 )
 
 SIZE = (480, 640)
@@ -41,7 +41,7 @@ def kept(sizes, objects, seconds, still_s=1.0):
     for index in range(round(seconds * 4) + 2):
         still.watch(image, mask, index * 250_000_000, 7.0)
     found = find_silhouettes(mask, grey, ComponentConfig(1, 1))
-    left = without_stains(found, still, objects, sizes, image, background, config)
+    left = without_false_foreground(found, still, objects, sizes, image, background, config)
     return len(left.shapes), background
 
 

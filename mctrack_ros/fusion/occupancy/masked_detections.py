@@ -9,7 +9,7 @@ from mctrack_ros.interfaces import Detections, Foreground
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Sighting:
+class MaskedDetections:
     """
     Both, of the same image.
 
