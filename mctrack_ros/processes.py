@@ -1,14 +1,16 @@
-"""Worker processes: forked from a server that has imported what they need, once for all."""
+"""Worker processes: where they are forked from, and when they end."""
 
 from __future__ import annotations
 
 import multiprocessing
 import os
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from multiprocessing import forkserver
 from multiprocessing.context import ForkServerContext
+from multiprocessing.process import BaseProcess
 
 NEEDED = ['__main__', 'mctrack_ros.replay.workers']
 
@@ -25,6 +27,18 @@ def worker_context() -> ForkServerContext:
 def prepare_workers() -> None:
     """Start the server, so that it imports while the caller does."""
     worker_context()
+
+
+def end_with_parent() -> None:
+    """Let this process end when the one that started it does, even if that was killed."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        threading.Thread(target=_end_after, args=(parent,), daemon=True).start()
+
+
+def _end_after(parent: BaseProcess) -> None:
+    parent.join()
+    os._exit(1)
 
 
 @contextmanager

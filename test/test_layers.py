@@ -60,7 +60,7 @@ ALLOWED['evaluation'] = {
     'site.origin',
     'site.stated_origin',
 }
-ALLOWED['simulation'] = {'interfaces', 'codec', 'recording', 'ground'}
+ALLOWED['simulation'] = {'interfaces', 'codec', 'recording', 'ground', 'processes'}
 ALLOWED['explain'] = ALLOWED['replay'] | {'replay'}
 ALLOWED['report'] = ALLOWED['explain'] | {'simulation', 'evaluation', 'site.coverage', 'store'}
 ALLOWED['ros'] = ALLOWED['report'] | {'resources', 'streams', 'input_size'}

@@ -1,6 +1,7 @@
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -27,6 +28,47 @@ if __name__ == '__main__':
     print(mctrack_ros.__file__, here.recv(), sep='\\n')
     process.join()
 """
+
+
+ENDLESS = """
+import os
+import time
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+
+from mctrack_ros.processes import end_with_parent
+
+def work():
+    print(os.getpid(), flush=True)
+    time.sleep(600)
+
+if __name__ == '__main__':
+    with ProcessPoolExecutor(1, get_context('spawn'), end_with_parent) as pool:
+        pool.submit(work).result()
+"""
+
+
+def test_workers_end_when_their_parent_is_killed(tmp_path):
+    program = tmp_path / 'endless.py'
+    program.write_text(ENDLESS)
+    environment = {**os.environ, 'PYTHONPATH': str(ROOT)}
+    with subprocess.Popen(
+        [sys.executable, str(program)], env=environment, stdout=subprocess.PIPE, text=True
+    ) as parent:
+        worker = int(parent.stdout.readline())
+        assert is_running(worker)
+        parent.kill()
+    until = time.monotonic() + 60
+    while is_running(worker):
+        assert time.monotonic() < until, 'the worker goes on for a minute'
+        time.sleep(0.1)
+
+
+def is_running(process_id):
+    try:
+        return ' Z ' not in Path(f'/proc/{process_id}/stat').read_text()
+    except FileNotFoundError:
+        return False
 
 
 @pytest.mark.parametrize('safe_path', [None, ''])

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from mctrack_ros.codec import compressed_message, jpeg_from_image
 from mctrack_ros.interfaces import code_tables
+from mctrack_ros.processes import end_with_parent
 from mctrack_ros.recording import ROSBAGS_CLASSES, BagError, BagWriter, check_place
 from mctrack_ros.simulation import (
     Camera,
@@ -202,6 +203,7 @@ _workers: list[_Worker] = []
 
 def _start_worker(world: World) -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the parent's to handle
+    end_with_parent()
     _workers.append(_Worker(world))
 
 

@@ -9,6 +9,8 @@ from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from typing import TypeVar
 
+from mctrack_ros.processes import end_with_parent
+
 Job = TypeVar('Job')
 Outcome = TypeVar('Outcome')
 Progress = Callable[[int, int], None]
@@ -32,7 +34,7 @@ def run_spread(
 ) -> list[Outcome]:
     """Run jobs in as many processes as there are cores; the outcomes are in the jobs' order."""
     count = min(len(os.sched_getaffinity(0)), max(len(jobs), 1))
-    return _run(work, jobs, progress, count, _pass)
+    return _run(work, jobs, progress, count, end_with_parent)
 
 
 def _run(
@@ -54,10 +56,7 @@ def _run(
 
 def _pin() -> None:
     os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
-
-
-def _pass() -> None:
-    pass
+    end_with_parent()
 
 
 @contextmanager
