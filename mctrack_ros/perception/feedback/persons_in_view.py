@@ -43,7 +43,7 @@ class ConfirmedTracks:
         Left, top, width, height, px.
     seen : (n,) bool array
         In this image.
-    proven : (n,) float64 array
+    own_share : (n,) float64 array
         Share of the body that is foreground which no older track explains.
     age_s : (n,) float64 array
         Since they began, s.
@@ -54,7 +54,7 @@ class ConfirmedTracks:
     position: Floats
     box: Floats
     seen: Booleans
-    proven: Floats
+    own_share: Floats
     age_s: Floats
 
 
@@ -165,7 +165,7 @@ class PersonList:
             return self._alone(local)
         place = self._feedback.places(stamp_ns)
         foot = self._mapping.image_from_ground(place)
-        sure = local.seen & (local.proven >= SURE_SHARE)
+        sure = local.seen & (local.own_share >= SURE_SHARE)
         sure &= local.age_s >= SURE_S
         local_of = _nearest_tracks(place, local.position, local.seen)
         sure[local_of[local_of >= 0]] = False

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mctrack_ros.fusion.measurements.packed import measured
-from mctrack_ros.fusion.motion.information import TOLD, gathered, updated
+from mctrack_ros.fusion.motion.information import INFORMATION_SIZE, gathered, updated
 
 
 def spreads(rng, *shape):
@@ -31,7 +31,7 @@ def test_what_images_tell_updates_as_the_information_filter_does(seed):
     share[track == 3] = 0.0
     seen = measured(position, noise, np.arange(9))
     told = gathered(mean, seconds, image, track, detection, share, seen)
-    assert told.shape == (5, TOLD)
+    assert told.shape == (5, INFORMATION_SIZE)
     found_mean, found_covariance = updated(mean, covariance, told)
     for own in range(5):
         information = np.linalg.inv(covariance[own])

@@ -12,7 +12,7 @@ START_NS, PERIOD_NS = 10**18, 40_000_000
 OUTSIDE = (900.0, 900.0)
 
 
-def tracks(*places, seen=True, proven=1.0, age_s=1.0):
+def tracks(*places, seen=True, own_share=1.0, age_s=1.0):
     """Local tracks 1, 2, ... at (x, y); their boxes are left of them in the image."""
     count = len(places)
     return ConfirmedTracks(
@@ -20,7 +20,7 @@ def tracks(*places, seen=True, proven=1.0, age_s=1.0):
         np.array(places, float).reshape(-1, 2),
         np.full((count, 4), 50.0),
         np.full(count, seen),
-        np.full(count, proven),
+        np.full(count, own_share),
         np.full(count, age_s),
     )
 
@@ -65,7 +65,7 @@ def test_a_sure_local_track_that_the_fusion_node_misses_is_a_person(camera):
     assert (in_view.key.tolist(), in_view.local_id.tolist()) == ([-1, 7], [1, 0])
 
 
-@pytest.mark.parametrize('doubt', [{'seen': False}, {'proven': 0.1}, {'age_s': 0.1}])
+@pytest.mark.parametrize('doubt', [{'seen': False}, {'own_share': 0.1}, {'age_s': 0.1}])
 def test_a_doubtful_local_track_that_the_fusion_node_misses_is_nobody(camera, doubt):
     assert camera.show(tracks((3.0, 0.0), **doubt), (7, 0.0, 0.0)).key.tolist() == [7]
 
@@ -87,5 +87,5 @@ def test_without_new_feedback_the_last_counts_for_a_while(camera):
 
 
 def test_without_a_fusion_node_all_local_tracks_are_the_company(camera):
-    in_view = camera.show(tracks((0.0, 0.0), OUTSIDE, proven=0.0, age_s=0.0), feedback=False)
+    in_view = camera.show(tracks((0.0, 0.0), OUTSIDE, own_share=0.0, age_s=0.0), feedback=False)
     assert (in_view.key.tolist(), in_view.local_id.tolist()) == ([-2, -1], [2, 1])

@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 
 from mctrack_ros.perception.blob_split.measurements import Observations
-from mctrack_ros.perception.local_tracks.update import Pace, learn
+from mctrack_ros.perception.local_tracks.update import LearningRates, learn
 
 STAMP_NS = 10**18
 TABLE = np.tile([20.0, 40.0, 0.0], (64, 64, 1))  # px to a metre, across and upright
-PACE = Pace(size=0.5, colours=0.5)
+PACE = LearningRates(size=0.5, colours=0.5)
 
 
 class Pupils:
@@ -16,7 +16,7 @@ class Pupils:
         self.seen_ns, self.clear_ns = np.zeros(2, np.int64), np.zeros(2, np.int64)
         self.extent, self.template = np.zeros((2, 2)), np.zeros((2, 48))
 
-    def see(self, track=1, fitted=False, visible=1.0, proven=1.0, truncated=False):
+    def see(self, track=1, fitted=False, visible=1.0, own_share=1.0, truncated=False):
         seen = Observations(
             np.array([track]),
             np.zeros(1, np.int64),
@@ -25,7 +25,7 @@ class Pupils:
             np.zeros((1, 2)),
             np.zeros((1, 2, 2)),
             np.array([visible]),
-            np.array([proven]),
+            np.array([own_share]),
             np.ones((1, 48)),
             np.array([fitted]),
             np.zeros((1, 2)),
@@ -70,7 +70,7 @@ def test_a_body_in_a_shared_blob_teaches_its_place_alone(pupils):
 
 
 def test_a_hidden_body_is_seen_and_not_measured(pupils):
-    assert pupils.see(fitted=True, visible=0.1, proven=0.1) == [-1]
+    assert pupils.see(fitted=True, visible=0.1, own_share=0.1) == [-1]
     assert (pupils.seen_ns[1], pupils.clear_ns[1]) == (STAMP_NS, 0)
 
 
