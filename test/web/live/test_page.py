@@ -22,6 +22,8 @@ from web.fields import write_site
 PLACES = {1: (20.0, 20.0), 2: (80.0, 50.0), 300: (50.0, 34.0)}
 BEGAN_S = 1_700_000_000
 STATE = 'window.mctrackMap.state'
+COLOUR = """(({px, py}) => [...document.querySelector('.stage canvas').getContext('2d')
+  .getImageData(px * devicePixelRatio, py * devicePixelRatio, 1, 1).data].slice(0, 3))"""
 
 pytestmark = [pytest.mark.browser, pytest.mark.live, pytest.mark.xdist_group('browser')]
 
@@ -167,14 +169,6 @@ class Map:
         px, py = self.page.evaluate(f'([x, y]) => {STATE}.pixel(x, y)', [x, y])
         return box['x'] + px, box['y'] + py
 
-    def colour(self, px, py):
-        """Return what the canvas shows at a pixel."""
-        return self.page.evaluate(
-            """([x, y]) => [...document.querySelector('.stage canvas').getContext('2d')
-              .getImageData(x * devicePixelRatio, y * devicePixelRatio, 1, 1).data].slice(0, 3)""",
-            [px, py],
-        )
-
     def click(self, x, y):
         self.page.mouse.click(*self.pixel(x, y))
 
@@ -199,8 +193,8 @@ def shown(browser, serve, folder):
 def test_everybody_is_drawn_at_his_place_in_his_colour(shown):
     tracks = {track['id']: track for track in shown.state['tracks']}
     assert {key: (each['x'], each['y']) for key, each in tracks.items()} == PLACES
-    for key, track in tracks.items():
-        assert shown.colour(track['px'], track['py']) == list(track_colour(key))
+    colours = json.dumps({key: list(track_colour(key)) for key in tracks})
+    shown.until(f's.tracks.every(track => {COLOUR}(track) + "" === {colours}[track.id] + "")')
     assert tracks[1]['px'] < tracks[300]['px'] < tracks[2]['px']
     assert tracks[1]['py'] > tracks[300]['py'] > tracks[2]['py']
     shown.graph.places[1] = (25.0, 22.0)
