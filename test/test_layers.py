@@ -89,7 +89,7 @@ STAGES = {
     ),
     'fusion': (
         ('clock_offsets.config',),
-        ('config', 'columns', 'neighbours', 'views', 'association.solvers'),
+        ('config', 'columns', 'inputs', 'neighbours', 'views', 'association.solvers'),
         ('motion.config', 'association.config', 'existence.config', 'reid.config'),
         ('management.config',),
         ('joint_tracker.config',),

@@ -150,12 +150,12 @@ class CameraClocks:
         self._unsure_since_ns: int | None = None
         self.jump: Jump | None = None
 
-    def set_rate(self, pace: float) -> None:
-        """Take notice that time goes so many times too fast: delays seem longer by that."""
+    def set_rate(self, rate: float) -> None:
+        """Let time go so many times too fast: delays seem longer by that."""
         config = self._stated
-        self._limit_ns = round(config.time_sync_limit * SECOND_NS * pace)
+        self._limit_ns = round(config.time_sync_limit * SECOND_NS * rate)
         wait_ns = config.max_wait * config.period * SECOND_NS
-        self._tolerated_ns = round(min(wait_ns, MOST_TOLERATED_NS) * pace)
+        self._tolerated_ns = round(min(wait_ns, MOST_TOLERATED_NS) * rate)
 
     def judge(self, camera: str, stamp_ns: int, arrival_ns: int) -> Verdict:
         """

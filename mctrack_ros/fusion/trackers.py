@@ -9,22 +9,20 @@ from mctrack_ros.config import ConfigError, OneOf
 from mctrack_ros.fusion.batcher import Batcher
 from mctrack_ros.fusion.belief.config import BeliefConfig
 from mctrack_ros.fusion.belief.pipeline import BeliefTracker
-from mctrack_ros.fusion.belief.sighting import BeliefSighting
 from mctrack_ros.fusion.cells.config import CellsConfig
 from mctrack_ros.fusion.cells.pipeline import CellTracker
 from mctrack_ros.fusion.cells.report import CellReport
 from mctrack_ros.fusion.cells.report import unusable_count as unusable_tracks
 from mctrack_ros.fusion.config import FusionConfig
 from mctrack_ros.fusion.explain.recorder import DecisionRecorder
+from mctrack_ros.fusion.inputs import BeliefInput, GridInput, OccupancyInput
 from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.joint_tracker.output import FusionOutput
 from mctrack_ros.fusion.joint_tracker.pipeline import JointTracker
 from mctrack_ros.fusion.likelihood_grid.config import LikelihoodGridConfig
 from mctrack_ros.fusion.likelihood_grid.pipeline import LikelihoodGridTracker
-from mctrack_ros.fusion.likelihood_grid.sighting import GridSighting
 from mctrack_ros.fusion.measurements.admission import unusable_count
 from mctrack_ros.fusion.occupancy.config import OccupancyConfig, VehicleConfig
-from mctrack_ros.fusion.occupancy.masked_detections import MaskedDetections
 from mctrack_ros.fusion.occupancy.pipeline import OccupancyTracker
 from mctrack_ros.fusion.occupancy.scene import Scene
 from mctrack_ros.fusion.occupancy.vehicles import VehicleTracker
@@ -151,31 +149,31 @@ TRACKERS: dict[str, FusionMethod] = {
         OccupancyConfig,
         _open_occupancy,
         (Detections, Foreground),
-        MaskedDetections,
-        lambda sighting: 0,
+        OccupancyInput,
+        lambda taken: 0,
         recorder=DecisionRecorder,
     ),
     'vehicles': FusionMethod(
         VehicleConfig,
         VehicleTracker,
         (Detections, Foreground),
-        MaskedDetections,
-        lambda sighting: unusable_count(sighting.detections),
+        OccupancyInput,
+        lambda taken: unusable_count(taken.detections),
         recorder=DecisionRecorder,
     ),
     'likelihood_grid': FusionMethod(
         LikelihoodGridConfig,
         LikelihoodGridTracker,
         (Detections, Likelihood, Foreground),
-        GridSighting,
-        lambda sighting: 0,
+        GridInput,
+        lambda taken: 0,
     ),
     'belief': FusionMethod(
         BeliefConfig,
         lambda config, cameras, first_id, _: BeliefTracker(config, cameras, first_id),
         (Detections, Belief),
-        BeliefSighting,
-        lambda sighting: 0,
+        BeliefInput,
+        lambda taken: 0,
         Belief,
     ),
     'cells': FusionMethod(

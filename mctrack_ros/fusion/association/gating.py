@@ -157,10 +157,14 @@ def _sort(values: Indices) -> None:
         gap //= 3
 
 
+@compiled(types.i8[::1](INTS_1D, INTS_1D))
 def slots(image: Indices, track: Indices) -> Indices:
     """Give each track in each image a number; pairs (k,) are sorted by image, then track."""
-    slot = np.zeros(len(track), np.int64)
-    ((image[1:] != image[:-1]) | (track[1:] != track[:-1])).cumsum(out=slot[1:])
+    slot, number = np.empty(len(track), np.int64), -1
+    for pair in range(len(track)):
+        if pair == 0 or image[pair] != image[pair - 1] or track[pair] != track[pair - 1]:
+            number += 1
+        slot[pair] = number
     return slot
 
 
@@ -272,12 +276,8 @@ def _in_gate(
     for index in range(found):
         key[index] = image[detections[index]]
     order = counted(key, image[len(image) - 1] + 1)
-    slot, last_image, last_track = -1, -1, -1
     for pair in range(found):
-        track, row = tracks[order[pair]], detections[order[pair]]
-        if track != last_track or image[row] != last_image:
-            slot, last_track, last_image = slot + 1, track, image[row]
-        pairs[0, pair], pairs[1, pair], pairs[2, pair], pairs[3, pair] = (
-            track, row, image[row], slot,
-        )  # fmt: skip
+        row = detections[order[pair]]
+        pairs[0, pair], pairs[1, pair], pairs[2, pair] = tracks[order[pair]], row, image[row]
+    pairs[3] = slots(pairs[2], pairs[0])
     return pairs

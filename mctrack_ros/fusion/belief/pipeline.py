@@ -10,7 +10,7 @@ from scipy.optimize import linear_sum_assignment
 
 from mctrack_ros.fusion.belief.config import BeliefConfig
 from mctrack_ros.fusion.belief.ground import GroundBelief, Target
-from mctrack_ros.fusion.belief.sighting import BeliefSighting
+from mctrack_ros.fusion.inputs import BeliefInput
 from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.joint_tracker.output import FusionOutput
 from mctrack_ros.fusion.joint_tracker.pipeline import JointTracker
@@ -90,7 +90,7 @@ class BeliefTracker:
         self._asked.append(rows)
 
     def step(
-        self, tick: RowsTick[BeliefSighting], recorder: DecisionRecorder | None = None
+        self, tick: RowsTick[BeliefInput], recorder: DecisionRecorder | None = None
     ) -> FusionOutput:
         """
         Process one tick.
@@ -159,7 +159,7 @@ class BeliefTracker:
                 started.append(self._started(place[row], covariance))
         return started, over
 
-    def _by_detections(self, tick: RowsTick[BeliefSighting]) -> tuple[list[int], list[int]]:
+    def _by_detections(self, tick: RowsTick[BeliefInput]) -> tuple[list[int], list[int]]:
         """
         Start those whom the joint tracker sees, confirmed, where no target is.
 

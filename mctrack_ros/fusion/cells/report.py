@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.fusion.inputs import JoinedMessages
 from mctrack_ros.interfaces import (
     LARGEST_DISTANCE,
     LARGEST_SPEED,
@@ -20,7 +20,7 @@ Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class CellReport:
+class CellReport(JoinedMessages):
     """
     Both messages of a cell's tick.
 
@@ -33,21 +33,9 @@ class CellReport:
 
     """
 
+    COUNTED = 'tracks'
     tracks: Tracks
     feedback: Feedback
-
-    @property
-    def stamp_ns(self) -> int:
-        """Stamp of the cell's tick, ns."""
-        return self.tracks.stamp_ns
-
-    def __len__(self) -> int:
-        """Return the number of tracks."""
-        return len(self.tracks)
-
-    def at(self, stamp_ns: int) -> Self:
-        """Return the same under another stamp, ns."""
-        return type(self)(self.tracks.at(stamp_ns), self.feedback.at(stamp_ns))
 
 
 def usable(tracks: Tracks) -> Mask:

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.fusion.inputs import GridInput
 from mctrack_ros.fusion.joint_tracker.output import FusionOutput
 from mctrack_ros.fusion.likelihood_grid.config import LikelihoodGridConfig
 from mctrack_ros.fusion.likelihood_grid.grid import JointGrid
-from mctrack_ros.fusion.likelihood_grid.sighting import GridSighting
 from mctrack_ros.fusion.likelihood_grid.targets import (
     NOISE_M,
     Measured,
@@ -119,7 +119,7 @@ class LikelihoodGridTracker:
         self._next_id = next_id
 
     def step(
-        self, tick: RowsTick[GridSighting], recorder: DecisionRecorder | None = None
+        self, tick: RowsTick[GridInput], recorder: DecisionRecorder | None = None
     ) -> FusionOutput:
         """
         Process one tick.
@@ -157,7 +157,7 @@ class LikelihoodGridTracker:
             track_id=targets.track_id,
         )
 
-    def _begin(self, tick: RowsTick[GridSighting]) -> tuple[Targets, float]:
+    def _begin(self, tick: RowsTick[GridInput]) -> tuple[Targets, float]:
         """Return the targets that a step back in time ends, and the time since the last tick."""
         last_ns, self._stamp_ns = self._stamp_ns, tick.stamp_ns
         period = self._config.batching.period
@@ -169,7 +169,7 @@ class LikelihoodGridTracker:
         return Targets(), float(np.clip((tick.stamp_ns - last_ns) * 1e-9, 0.0, LONGEST_S))
 
     def _measured(
-        self, tick: RowsTick[GridSighting], targets: Targets, left_out: dict[str, Unusable]
+        self, tick: RowsTick[GridInput], targets: Targets, left_out: dict[str, Unusable]
     ) -> Measured:
         """Return where people are by all cameras that count, with the colours there."""
         grid = self._joint_grid(tick, left_out)
@@ -189,15 +189,13 @@ class LikelihoodGridTracker:
         self._targets = targets.select(lives).followed_by(new)
         return targets.select(~lives)
 
-    def _left_out(self, tick: RowsTick[GridSighting]) -> dict[str, Unusable]:
+    def _left_out(self, tick: RowsTick[GridInput]) -> dict[str, Unusable]:
         """Take the masks; return which cameras do not count, and why: their edges lie, too."""
         received = [CameraRows(each.camera, each.rows.foreground) for each in tick.messages]
         self._masks.take(received, tick.stamp_ns)
         return self._masks.left_out(tick.stamp_ns)
 
-    def _joint_grid(
-        self, tick: RowsTick[GridSighting], left_out: Container[str]
-    ) -> JointGrid | None:
+    def _joint_grid(self, tick: RowsTick[GridInput], left_out: Container[str]) -> JointGrid | None:
         """Return the likelihoods of the cameras that know any, but for those left out."""
         for message in tick.messages:
             if message.camera not in self._cameras:
@@ -271,7 +269,7 @@ class LikelihoodGridTracker:
         return bits
 
 
-def _colours(position: Floats, tick: RowsTick[GridSighting]) -> Floats:
+def _colours(position: Floats, tick: RowsTick[GridInput]) -> Floats:
     """Return the colours that cameras saw nearest to people, (n, 48); zero: none."""
     colours = np.zeros((len(position), TEMPLATE_SIZE))
     received = [message.rows.detections for message in tick.messages]

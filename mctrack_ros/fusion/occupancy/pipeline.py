@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mctrack_ros.config import ConfigError
+from mctrack_ros.fusion.inputs import OccupancyInput
 from mctrack_ros.fusion.joint_tracker.config import JointConfig
 from mctrack_ros.fusion.joint_tracker.output import FusionOutput
 from mctrack_ros.fusion.joint_tracker.pipeline import JointTracker
-from mctrack_ros.fusion.occupancy.masked_detections import MaskedDetections
 from mctrack_ros.fusion.occupancy.masks import Masks, prior_of
 from mctrack_ros.fusion.occupancy.scene import Scene
 from mctrack_ros.fusion.occupancy.solver import Occupancy
@@ -96,7 +96,7 @@ class OccupancyTracker:
         self._joint.next_id = next_id
 
     def step(
-        self, tick: RowsTick[MaskedDetections], recorder: DecisionRecorder | None = None
+        self, tick: RowsTick[OccupancyInput], recorder: DecisionRecorder | None = None
     ) -> FusionOutput:
         """
         Process one tick; see `JointTracker.step`.
@@ -121,7 +121,7 @@ class OccupancyTracker:
         """Return the feedback after the last tick: a prediction of every target."""
         return self._joint.feedback()
 
-    def _detections(self, people: Occupancy, tick: RowsTick[MaskedDetections]) -> Detections:
+    def _detections(self, people: Occupancy, tick: RowsTick[OccupancyInput]) -> Detections:
         """Return people as detections of all cameras together, with the colours that these saw."""
         count = len(people.cell)
         place = np.column_stack([people.mean, np.zeros(count)])

@@ -9,10 +9,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from mctrack_ros.fusion.inputs import OccupancyInput
 from mctrack_ros.fusion.joint_tracker.output import FusionOutput
 from mctrack_ros.fusion.joint_tracker.pipeline import JointTracker
 from mctrack_ros.fusion.occupancy.config import VehicleConfig
-from mctrack_ros.fusion.occupancy.masked_detections import MaskedDetections
 from mctrack_ros.fusion.occupancy.pipeline import OccupancyTracker
 from mctrack_ros.fusion.occupancy.vehicle_scene import VehicleScene
 from mctrack_ros.fusion.sensor_bias.camera_bias import CameraBias
@@ -95,7 +95,7 @@ class VehicleTracker:
         self._people.next_id = self._vehicles.next_id = next_id
 
     def step(
-        self, tick: RowsTick[MaskedDetections], recorder: DecisionRecorder | None = None
+        self, tick: RowsTick[OccupancyInput], recorder: DecisionRecorder | None = None
     ) -> FusionOutput:
         """Process one tick; see `JointTracker.step`. The recorder is told of people alone."""
         small = tuple(replace(each, rows=_reduced(each.rows)) for each in tick.messages)
@@ -138,7 +138,7 @@ class VehicleTracker:
         return detections.select(~(inside | _are_parts(detections.box, covered)))
 
 
-def _reduced(both: MaskedDetections) -> MaskedDetections:
+def _reduced(both: OccupancyInput) -> OccupancyInput:
     """Return both with a mask of `MASK_PX` columns at most, of about the same foreground."""
     foreground = both.foreground
     times = max(1, round(foreground.mask.shape[1] / MASK_PX))
@@ -147,7 +147,7 @@ def _reduced(both: MaskedDetections) -> MaskedDetections:
     height, width = (max(1, side // times) for side in foreground.mask.shape)
     mask = cv2.resize(foreground.mask, (width, height), interpolation=cv2.INTER_AREA)
     mask = np.asarray(mask > 127, np.uint8) * np.uint8(255)
-    return MaskedDetections(both.detections, Foreground(foreground.stamp_ns, mask))
+    return OccupancyInput(both.detections, Foreground(foreground.stamp_ns, mask))
 
 
 def _are_parts(box: NDArray[np.float32], covered: NDArray[np.uint8]) -> NDArray[np.bool_]:

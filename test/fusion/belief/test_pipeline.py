@@ -5,7 +5,7 @@ import pytest
 
 from mctrack_ros.fusion.belief.config import BeliefConfig
 from mctrack_ros.fusion.belief.pipeline import BeliefTracker
-from mctrack_ros.fusion.belief.sighting import BeliefSighting
+from mctrack_ros.fusion.inputs import BeliefInput
 from mctrack_ros.interfaces import (
     Belief,
     CameraRows,
@@ -24,7 +24,7 @@ def tick(index, detections=None):
     """Return a tick of cameras that see nobody, or each the same detections."""
     stamp_ns = 10**9 + index * PERIOD_NS
     seen = detections or Detections.build(stamp_ns)
-    sighting = BeliefSighting(seen.at(stamp_ns), Belief.build(stamp_ns))
+    sighting = BeliefInput(seen.at(stamp_ns), Belief.build(stamp_ns))
     messages = tuple(CameraRows(camera, sighting) for camera in CAMERAS)
     return RowsTick(stamp_ns, messages, Ticks.build(stamp_ns))
 
@@ -94,7 +94,7 @@ def test_who_was_started_by_detections_ends_without_them_though_a_view_sees_him(
     for index in range(100):
         detections = somebody_at(1.0) if index < 25 else None
         whole = tick(index, detections)
-        sighting = BeliefSighting(
+        sighting = BeliefInput(
             (detections or rows(index)).at(whole.stamp_ns), all_seen(tracker, whole.stamp_ns)
         )
         messages = tuple(CameraRows(camera, sighting) for camera in CAMERAS)
@@ -135,7 +135,7 @@ def test_particles_of_another_number_are_left_out():
         track_id=[1] * 20 + [2] * 5,
         view=np.full(25, 9),
     )
-    sighting = BeliefSighting(Detections.build(stamp_ns), odd)
+    sighting = BeliefInput(Detections.build(stamp_ns), odd)
     tracker.step(RowsTick(stamp_ns, (CameraRows('east', sighting),), Ticks.build(stamp_ns)))
     assert [target.seen_by for target in tracker.ground.targets.values()] == [('east',), ()]
 

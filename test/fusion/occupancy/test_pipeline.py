@@ -6,8 +6,8 @@ import pytest
 from masks import AREA, MAPPINGS, SHAPE, foreground_of
 from mctrack_ros.config import ConfigError
 from mctrack_ros.fusion import open_fusion
+from mctrack_ros.fusion.inputs import OccupancyInput
 from mctrack_ros.fusion.occupancy.config import OccupancyConfig, PeopleConfig, VehicleConfig
-from mctrack_ros.fusion.occupancy.masked_detections import MaskedDetections
 from mctrack_ros.fusion.occupancy.masks import Unusable
 from mctrack_ros.fusion.views import Views
 from mctrack_ros.ground.coverage.coverage import area_from
@@ -36,7 +36,7 @@ class Watch:
             told = others.get(name, foreground_of(name, people, self.stamp_ns))
             if told is not None:
                 own = (detections or Detections.build(0)).at(self.stamp_ns)
-                messages.append(CameraRows(name, MaskedDetections(own, told)))
+                messages.append(CameraRows(name, OccupancyInput(own, told)))
         output = self.tracker.step(RowsTick.of(messages))
         self.stamp_ns += PERIOD_NS
         return output
@@ -184,7 +184,7 @@ def test_colours_and_sizes_are_those_of_the_cameras_own_detections():
 
 def test_a_camera_that_is_not_of_the_site_is_refused():
     watch = Watch()
-    rows = MaskedDetections(Detections.build(1), Foreground.build(1))
+    rows = OccupancyInput(Detections.build(1), Foreground.build(1))
     with pytest.raises(ValueError, match="camera is 'west', expected one of"):
         watch.tracker.step(RowsTick.of([CameraRows('west', rows)]))
 

@@ -6,8 +6,8 @@ import pytest
 
 from drawn_hall import SIZE, projection
 from mctrack_ros.fusion import open_fusion
+from mctrack_ros.fusion.inputs import OccupancyInput
 from mctrack_ros.fusion.occupancy.config import VehicleConfig
-from mctrack_ros.fusion.occupancy.masked_detections import MaskedDetections
 from mctrack_ros.fusion.occupancy.solver import solve
 from mctrack_ros.fusion.occupancy.vehicle_scene import SIZE_M, TURNS, VehicleScene
 from mctrack_ros.fusion.views import Views
@@ -119,7 +119,7 @@ def watched(cars, people, parts, count=30):
         for name, mapping in MAPPINGS.items():
             mask = Foreground(stamp_ns, mask_of(mapping, cars))
             told = detections_of(mapping, people, parts, stamp_ns)
-            messages.append(CameraRows(name, MaskedDetections(told, mask)))
+            messages.append(CameraRows(name, OccupancyInput(told, mask)))
         output = tracker.step(RowsTick.of(messages))
     return output.tracks, tracker
 
@@ -152,7 +152,7 @@ def test_without_masks_people_are_tracked_and_cameras_named():
                 [
                     CameraRows(
                         name,
-                        MaskedDetections(
+                        OccupancyInput(
                             detections_of(mapping, [[1.0, 1.0]], np.empty((0, 2)), stamp_ns),
                             Foreground.build(stamp_ns),
                         ),

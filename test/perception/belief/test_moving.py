@@ -6,7 +6,7 @@ import pytest
 from mctrack_ros.config import ConfigError
 from mctrack_ros.fusion.belief.config import BeliefConfig
 from mctrack_ros.fusion.belief.pipeline import BeliefTracker
-from mctrack_ros.fusion.belief.sighting import BeliefSighting
+from mctrack_ros.fusion.inputs import BeliefInput
 from mctrack_ros.ground import ProjectiveMapping
 from mctrack_ros.interfaces import Belief, CameraRows, Detections, RowsTick
 from mctrack_ros.perception.belief.config import BeliefCameraConfig
@@ -61,7 +61,7 @@ def followed(world, images, moving):
             image = np.zeros_like(own[step]) if step in DARK_STEPS else own[step]
             told = tracker.feedback() if step else None
             parts = camera.step(image, stamp_ns, told).messages
-            sighting = BeliefSighting(parts[Detections.TOPIC], parts[Belief.TOPIC])
+            sighting = BeliefInput(parts[Detections.TOPIC], parts[Belief.TOPIC])
             messages.append(CameraRows(name, sighting))
         output = tracker.step(RowsTick.of(messages))
     return output.tracks, place[-1, who]

@@ -30,8 +30,8 @@ from mctrack_ros.config import config_from
 from mctrack_ros.evaluation import Trajectories, evaluate_ground
 from mctrack_ros.evaluation.figures import Figures
 from mctrack_ros.fusion import FusionOutput, OpenViews, open_fusion
+from mctrack_ros.fusion.inputs import OccupancyInput
 from mctrack_ros.fusion.occupancy.config import OccupancyConfig
-from mctrack_ros.fusion.occupancy.masked_detections import MaskedDetections
 from mctrack_ros.fusion.occupancy.masks import Masks
 from mctrack_ros.fusion.occupancy.scene import Scene
 from mctrack_ros.fusion.views import Views
@@ -42,7 +42,7 @@ from mctrack_ros.replay.recorded import recorded_ticks
 from mctrack_ros.replay.track import track_bag
 
 Floats = NDArray[np.float64]
-SightingTick = RowsTick[MaskedDetections]
+SightingTick = RowsTick[OccupancyInput]
 
 WARM_UP = 20
 """Ticks before time and scores count: loops are compiled, tracks begin."""

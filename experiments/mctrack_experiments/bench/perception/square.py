@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from mctrack_ros.fusion.occupancy.masked_detections import MaskedDetections
+from mctrack_ros.fusion.inputs import OccupancyInput
 from mctrack_ros.fusion.views import Views
 from mctrack_ros.ground import ProjectiveMapping
 from mctrack_ros.ground.coverage.coverage import area_from
@@ -84,7 +84,7 @@ def views_of(cameras: tuple[Camera, ...]) -> Views:
     return Views(mappings, area_from(f'0,0,{SIDE_M:g},{SIDE_M:g}'))
 
 
-def ticks_of(world: World) -> list[RowsTick[MaskedDetections]]:
+def ticks_of(world: World) -> list[RowsTick[OccupancyInput]]:
     """Return the masks of all cameras, reduced as camera nodes do it, and no detections."""
     views, columns = views_of(world.views(0)), []
     for index, camera in enumerate(world.views(0)):
@@ -94,7 +94,7 @@ def ticks_of(world: World) -> list[RowsTick[MaskedDetections]]:
         for step in range(world.scenario.steps):
             stamp_ns = world.scenario.stamp_ns(step)
             mask = _worn(owners(sight.layers(step), camera.size) > 0, rng)
-            sighting = MaskedDetections(
+            sighting = OccupancyInput(
                 Detections.build(stamp_ns), reduction.foreground(mask, stamp_ns)
             )
             told.append(CameraRows(camera.name, sighting))

@@ -11,8 +11,8 @@ import cv2
 import numpy as np
 
 from mctrack_ros.fusion import open_fusion
+from mctrack_ros.fusion.inputs import GridInput
 from mctrack_ros.fusion.likelihood_grid.config import LikelihoodGridConfig
-from mctrack_ros.fusion.likelihood_grid.sighting import GridSighting
 from mctrack_ros.interfaces import CameraRows, Detections, Foreground, Likelihood, RowsTick
 from mctrack_ros.perception.likelihood_grid.config import LikelihoodCameraConfig
 from mctrack_ros.perception.likelihood_grid.edges import EdgeBackground, gradient_of
@@ -64,13 +64,13 @@ def _from_images(
         cameras[name] = LikelihoodCamera(pipeline, settings.mapping())
     feedback: Any = None
 
-    def ticks() -> Iterator[RowsTick[GridSighting]]:
+    def ticks() -> Iterator[RowsTick[GridInput]]:
         for images, stamp_ns in zip(sets, stamps):
             messages = []
             for (name, camera), image in zip(cameras.items(), images):
                 told = camera.step(image, stamp_ns, feedback).messages
                 parts = (told[kind.TOPIC] for kind in (Detections, Likelihood, Foreground))
-                messages.append(CameraRows(name, GridSighting(*parts)))  # type: ignore[arg-type]
+                messages.append(CameraRows(name, GridInput(*parts)))  # type: ignore[arg-type]
             yield RowsTick.of(messages)
 
     done_s = []
@@ -107,6 +107,6 @@ def _from_edges(sets: list[list[Image]], stamps: list[int], site: SiteConfig) ->
             told = templates.log_likelihood(distance.transform(edges[row]))
             likelihood = Likelihood(stamp_ns, position, told)
             none = Detections.build(stamp_ns), Foreground.build(stamp_ns)
-            messages.append(CameraRows(name, GridSighting(none[0], likelihood, none[1])))
+            messages.append(CameraRows(name, GridInput(none[0], likelihood, none[1])))
         tracker.step(RowsTick.of(messages))
     return (time.process_time() - begun_s) / MEASURED

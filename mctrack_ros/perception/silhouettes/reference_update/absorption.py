@@ -27,7 +27,7 @@ from mctrack_ros.perception.silhouettes.reference_update.absorbed import (
 from mctrack_ros.perception.silhouettes.reference_update.stationarity import Stationarity
 
 Image = NDArray[np.uint8]
-CORRELATED_S = 0.2  # between looks at what stands still, which takes seconds to count as at rest
+CHECKED_S = 0.2  # between checks of what stands still, which takes seconds to count as at rest
 ROOM = 0.15  # about what is inserted, in its widths and heights
 
 
@@ -80,7 +80,7 @@ class AbsorptionConfig:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _Resting:
+class _Stop:
     """Where an object has been since when."""
 
     place: Floats
@@ -109,13 +109,13 @@ class Absorption:
 
     def __init__(self, config: AbsorptionConfig) -> None:
         self._config = config
-        self.still = Stationarity(CORRELATED_S)
+        self.still = Stationarity(CHECKED_S)
         self.restart()
 
     def restart(self) -> None:
         """Forget everything."""
         self.inserted: list[Inserted] = []
-        self._rests: dict[int, _Resting] = {}
+        self._rests: dict[int, _Stop] = {}
         self.still.restart()
         self.looked = False
 
@@ -260,11 +260,11 @@ class Absorption:
 
     def _seconds_at_rest(self, objects: ObjectList, stamp_ns: int) -> Floats:
         """Return for how long, (n,) s, objects have not moved."""
-        rests: dict[int, _Resting] = {}
+        rests: dict[int, _Stop] = {}
         for key, place in zip(objects.local_id.tolist(), objects.shapes.centroid.copy()):
-            rest = self._rests.get(key, _Resting(place, stamp_ns))
+            rest = self._rests.get(key, _Stop(place, stamp_ns))
             if float(np.hypot(*(place - rest.place))) > self._config.rest_px:
-                rest = _Resting(place, stamp_ns)
+                rest = _Stop(place, stamp_ns)
             rests[key] = rest
         self._rests = rests
         return np.array([(stamp_ns - rest.since_ns) * 1e-9 for rest in rests.values()])
